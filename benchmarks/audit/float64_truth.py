@@ -1,7 +1,10 @@
 """Independent truth: mean electrons of shots that are simple enough for closed forms, or sums ray by ray, in float64 NumPy.
 
 Every photosite's light is the mean over its open area, the pupil and the exposure time of what a straight line meets, layer by
-layer. One set of Sobol' points serves all photosites; sets that are scrambled independently tell the standard error.
+layer. One set of Sobol' points serves all photosites; sets that are scrambled independently tell the standard error. Where one
+surface lies upright before the photosites, the mean over the open area is exact, and the points are places in the pupil and
+in time alone. Distortion and the path of the camera are those of the plan, in float64: the kernels' geometry is held against
+them.
 """
 
 import math
@@ -11,6 +14,8 @@ import numpy as np
 from helpers.area_truth import photosite_means
 from scipy.stats import qmc
 
+from audit.seen_places import SeenPlaces, radius_px
+from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.scene_loading import load_scene
@@ -28,33 +33,21 @@ class Truth:
 
 
 def is_simple(shot: Shot, planned: Plan) -> bool:
-    """Whether this module knows all of the shot: a scene of even squares, surfaces at one distance each, a round ideal lens.
+    """Whether this module knows all of the shot: a scene of even squares, surfaces at one distance each, an ideal lens.
 
-    Layers may move evenly along straight lines; the camera stands. A low-pass filter makes four spots.
+    The lens is a pinhole or has a round aperture or blades, and may distort. A low-pass filter makes four spots. Camera and
+    layers may move; lines of a rolling shutter are rows.
     """
     optics, lens = planned.optics, shot.lens
     scene = load_scene(shot.scene)
-    if not isinstance(lens, ThinLens) or not optics.projection.is_fine or scene.deep is not None:
+    if not isinstance(lens, ThinLens | Pinhole) or not optics.projection.is_fine or scene.deep is not None:
         return False
-    plain_lens = lens.aperture is None and lens.vignetting is None and lens.distortion is None and lens.psf is None
-    plain_lens &= not lens.has_diffraction and lens.veiling_glare == 0.0
+    plain_lens = not (lens.has_diffraction or lens.pupil.stops or lens.veiling_glare) and lens.psf is None
+    plain_lens &= lens.falloff is None and (lens.distortion is None or set(lens.distortion.lateral) == {1.0})
     flat = all(np.ndim(layer.depth_m) == 0 and layer.depth_m is not None for layer in scene.layers)
     motion, exposure = shot.motion, shot.exposure
-    still = motion is None or (
-        motion.camera is None and motion.vectors is None and all(_is_straight(one) for one in motion.layers.values())
-    )
-    return plain_lens and flat and still and exposure.flash is None and exposure.flicker is None
-
-
-def _is_straight(move: object) -> bool:
-    """Whether a layer moves with one velocity in pixels per second."""
-    velocity = getattr(move, "velocity", None)
-    return (
-        getattr(move, "spin_deg_per_s", 0.0) == 0.0
-        and getattr(move, "path", None) is None
-        and velocity is not None
-        and all(speed.unit == "px/s" for speed in velocity)
-    )
+    moves = motion is None or (motion.vectors is None and (optics.motion is None or optics.motion.path.lines.axis != "columns"))
+    return plain_lens and flat and moves and exposure.flash is None and exposure.flicker is None
 
 
 def exact_means(shot: Shot, planned: Plan) -> Truth | None:
@@ -67,13 +60,15 @@ def exact_means(shot: Shot, planned: Plan) -> Truth | None:
     is_whole = abs(projection.scale - scale) < 1e-9 and projection.offset_x == projection.offset_y == 0.0
     if scene.behind or shot.motion is not None or camera.low_pass_um > 0.0 or not is_whole:
         return None
-    assert isinstance(shot.lens, ThinLens) and isinstance(scene.depth_m, float | int)
-    radius_px = _radius_px(shot.lens, camera.pixel_pitch_um, float(scene.depth_m))
-    margin = math.ceil(abs(radius_px)) + 1
+    if not shot.lens.pupil.is_round or projection.warp is not None:
+        return None
+    assert isinstance(scene.depth_m, float | int)
+    radius = radius_px(shot.lens, camera.pixel_pitch_um, float(scene.depth_m))
+    margin = math.ceil(abs(radius)) + 1
     light = scene.planes.astype(np.float64) @ planned.optics.weights.astype(np.float64)
     light = np.pad(light, ((margin * scale, margin * scale), (margin * scale, margin * scale), (0, 0)), "edge")
     shape = light.shape[0] // scale, light.shape[1] // scale
-    means = [photosite_means(light[..., one], shape, abs(radius_px), camera.fill_factor) for one in range(light.shape[2])]
+    means = [photosite_means(light[..., one], shape, abs(radius), camera.fill_factor) for one in range(light.shape[2])]
     inside = np.stack(means)[:, margin + window.y :, margin + window.x :][:, : window.height, : window.width]
     found = np.take_along_axis(inside, _channels(planned)[None], axis=0)[0] * _electrons_per_radiance(shot, planned)
     return Truth(found, np.zeros_like(found))
@@ -93,62 +88,79 @@ def sum_rays(shot: Shot, planned: Plan, sets: int = SETS, points: int = POINTS) 
 
 
 def _one_set(shot: Shot, planned: Plan, seed: int, points: int) -> np.ndarray:
-    optics, lens, camera = planned.optics, shot.lens, shot.camera
-    assert isinstance(lens, ThinLens)
-    scale, window = optics.projection.scale, optics.window
-    rows, columns = window.height, window.width
-    y, x = window.y + np.arange(rows) + 0.5, window.x + np.arange(columns) + 0.5
-    channels, layers = _channels(planned), []
-    for layer in load_scene(shot.scene).layers:
-        planes = layer.planes.astype(np.float64) @ optics.weights.astype(np.float64)
-        coverage = None if layer.coverage is None else layer.coverage.astype(np.float64)
-        layers.append(
-            (planes, coverage, _radius_px(lens, camera.pixel_pitch_um, float(layer.depth_m)), _speed(shot, len(layers)))
-        )
-    side = math.sqrt(camera.fill_factor)
-    per_row_s = _seconds_per_row(shot, camera.height_px)
-    spot_px = 0.5 * camera.low_pass_um / camera.pixel_pitch_um  # from the middle of the four to each, on either axis
+    seen, channels = SeenPlaces.of(shot, planned), _channels(planned)
+    layers = [_Surface.of(layer.planes, layer.coverage, planned) for layer in load_scene(shot.scene).layers]
+    is_exact = seen.is_upright and len(layers) == 1
+    side = math.sqrt(shot.camera.fill_factor)
+    area = _AreaMeans(layers[0].light, side * planned.optics.projection.scale) if is_exact else None
+    spot_px = 0.5 * shot.camera.low_pass_um / shot.camera.pixel_pitch_um  # from the middle of the four to each, on either axis
+    # Draws that are left out would spoil the evenness of the others.
     draws = qmc.Sobol(7, seed=1000 + seed).random(points)
-    total = np.zeros((rows, columns))
-    for across, down, share, angle, instant, left_or_right, up_or_down in draws:
-        right_px = side * (across - 0.5) + math.copysign(spot_px, left_or_right - 0.5)
-        down_px = side * (down - 0.5) + math.copysign(spot_px, up_or_down - 0.5)
-        u = math.sqrt(share) * np.array([math.cos(2 * math.pi * angle), math.sin(2 * math.pi * angle)])
-        time_s = instant * shot.exposure.time_s + per_row_s * (y - 0.5)
-        light, through = np.zeros((rows, columns)), np.ones((rows, columns))
-        for planes, coverage, radius, (right, below) in layers:
-            at_x = optics.projection.offset_x + scale * (x + right_px + radius * u[0]) - right * time_s[:, None]
-            at_y = optics.projection.offset_y + scale * (y + down_px + radius * u[1]) - below * time_s
-            column = np.clip(np.floor(at_x).astype(int), 0, planes.shape[1] - 1)
-            row = np.clip(np.floor(at_y).astype(int), 0, planes.shape[0] - 1)[:, None]
-            light += through * planes[row, column, channels]
-            if coverage is None:
+    pupil = np.stack(shot.lens.pupil.map_unit_square(draws[:, 2], draws[:, 3]), axis=-1)
+    total = np.zeros(channels.shape)
+    for draw, ray in zip(draws, pupil, strict=True):
+        across, down = side * (draw[:2] - 0.5) if area is None else (0.0, 0.0)
+        right_px = across + math.copysign(spot_px, draw[5] - 0.5)
+        down_px = down + math.copysign(spot_px, draw[6] - 0.5)
+        light, through = np.zeros(channels.shape), np.ones(channels.shape)
+        for number, layer in enumerate(layers):
+            at_x, at_y = seen.places(number, right_px, down_px, ray, float(draw[4]))
+            if area is not None:
+                light = area.means(at_x, at_y, channels)
                 break
-            through = through * (1.0 - coverage[row, column])
+            row, column = layer.pixels(at_x, at_y)
+            light += through * layer.light[row, column, channels]
+            if layer.coverage is None:
+                break
+            through = through * (1.0 - layer.coverage[row, column])
         total += light
     return total / points * _electrons_per_radiance(shot, planned)
 
 
-def _radius_px(lens: ThinLens, pitch_um: float, depth_m: float) -> float:
-    """Signed blur radius [photosites]: half of f^2 / N (1/z_focus - 1/z) v / f, positive behind the focus."""
-    image_mm = 1.0 / (1.0 / lens.focal_length_mm - 1e-3 / lens.focus_distance_m)
-    inverse_mm = 1e-3 * (1.0 / lens.focus_distance_m - 1.0 / depth_m)
-    return 0.5 * lens.focal_length_mm / lens.f_number * image_mm * inverse_mm * 1e3 / pitch_um
+@dataclass(frozen=True)
+class _Surface:
+    """Electron radiance (height, width, channels) and coverage (height, width) of a layer, float64; None: everywhere."""
+
+    light: np.ndarray
+    coverage: np.ndarray | None
+
+    @classmethod
+    def of(cls, planes: np.ndarray, coverage: np.ndarray | None, planned: Plan) -> "_Surface":
+        light = planes.astype(np.float64) @ planned.optics.weights.astype(np.float64)
+        return cls(light, None if coverage is None else coverage.astype(np.float64))
+
+    def pixels(self, at_x: np.ndarray, at_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Row and column of the squares at places of the scene."""
+        height, width, _ = self.light.shape
+        return np.clip(np.floor(at_y).astype(int), 0, height - 1), np.clip(np.floor(at_x).astype(int), 0, width - 1)
 
 
-def _speed(shot: Shot, number: int) -> tuple[float, float]:
-    """Speed of a layer, to the right and down [scene pixels/s]."""
-    move = None if shot.motion is None else shot.motion.layers.get(number)
-    if move is None or move.velocity is None:
-        return 0.0, 0.0
-    return move.velocity[0].value, move.velocity[1].value
+class _AreaMeans:
+    """Exact means of even squares over upright squares of one size at any place, by sums from the corner of the scene."""
 
+    def __init__(self, light: np.ndarray, side: float) -> None:
+        self.side, self.size = side, light.shape[:2]
+        self.sums = np.pad(light.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0), (0, 0)))
 
-def _seconds_per_row(shot: Shot, rows: int) -> float:
-    """Time from the opening of a row to that of the next [s]."""
-    shutter = shot.exposure.shutter
-    readout_s = getattr(shutter, "readout_time_s", None) if shutter is not None else shot.camera.readout_time_s
-    return 0.0 if readout_s is None or shot.motion is None else float(readout_s) / rows
+    def means(self, at_x: np.ndarray, at_y: np.ndarray, channels: np.ndarray) -> np.ndarray:
+        """Mean around each place, of its channel; beyond its border the scene goes on with the pixels there."""
+        half = 0.5 * self.side
+        corners = (
+            (1.0, at_x + half, at_y + half),
+            (-1.0, at_x - half, at_y + half),
+            (-1.0, at_x + half, at_y - half),
+            (1.0, at_x - half, at_y - half),
+        )
+        return np.sum([sign * self._sum(x, y, channels) for sign, x, y in corners], axis=0) / self.side**2
+
+    def _sum(self, x: np.ndarray, y: np.ndarray, channels: np.ndarray) -> np.ndarray:
+        """Sum from the scene's corner to places: bilinear between those to the corners of pixels, and linear beyond them."""
+        height, width = self.size
+        column, row = np.clip(np.floor(x), 0, width - 1).astype(int), np.clip(np.floor(y), 0, height - 1).astype(int)
+        right, down = x - column, y - row
+        upper = (1.0 - right) * self.sums[row, column, channels] + right * self.sums[row, column + 1, channels]
+        lower = (1.0 - right) * self.sums[row + 1, column, channels] + right * self.sums[row + 1, column + 1, channels]
+        return (1.0 - down) * upper + down * lower
 
 
 def _electrons_per_radiance(shot: Shot, planned: Plan) -> np.ndarray:

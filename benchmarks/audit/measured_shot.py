@@ -10,7 +10,7 @@ import numpy as np
 
 from audit.drawn_plans import draw_plan
 from audit.drawn_shots import DrawnShot
-from audit.shot_truth import NoTruthError, find_truth, run, z_scores
+from audit.shot_truth import JUDGED, NoTruthError, find_truth, run, z_scores
 from simulator import load_shot
 from simulator.device import Device
 from simulator.pipeline.planner import Plan, measure, plan
@@ -18,14 +18,13 @@ from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 
 TIGHTER = 1 / 3  # tolerance of the second shot, in that of the first
-JUDGED = 0.2  # largest standard error of a truth that judges a shot, in the error that is allowed
 TRUTH_S = 5.0  # processor time for the rays of a truth [s]
 COSTLY_MS = 1500.0  # predicted time from which a shot is timed the first time, and has no random plan
 MOST_MS = 4000.0  # predicted time from which it is not taken
 CHECKED = 4  # one in so many shots that float64 knows has the reference path held against it
 TIMED, TIMED_S = 5, 0.5  # most runs that are timed, and processor time after which none follows [s]
 CORES = 2  # over which predicted times divide the processor time
-METHODS = ("reference", "joint", "instants", "swept", "points", "mean", "copy", "psf", "sharp")
+METHODS = ("reference", "joint", "instants", "swept", "swept_first", "points", "mean", "copy", "psf", "sharp")
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,18 @@ from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.progress import silent
 
+JUDGED = 0.2  # largest standard error of a truth that judges a shot, in the error that is allowed
 TRUTH_SHARE = 0.15  # largest standard error of the truth, in the tolerance
 LEAST_TRUTH_ERROR, MOST_TRUTH_ERROR = 0.006, 0.03  # [standard deviations of the noise]
 STATED_SHARE = 0.01  # the same, in the error that the plan states where it cannot keep the tolerance
+LEAST_RAYS_SHARE = 0.3  # of the error that is wanted, below which rays would be too many
 MOST_RAYS = 16384  # of a photosite and replication
 FEWEST_OF_IMAGE, MORE_RAYS = 16, 4  # rays of an image of several at first, and factor to the next number of rays
 MOST_INDEPENDENT = 16  # images of a moving frame whose errors count as independent
 MOST_IMAGES = 96  # instants at which rays are followed: each image costs launches and uploads, whatever its rays
 OF_BOUND = 3.3  # error that 99.9 % of the photosites keep, in standard errors
-SUMMED_POINTS = 1024, 8192  # rays of each set of a float64 sum, as many as are needed
+SUMMED_POINTS = 512, 2048, 8192  # rays of each set of a float64 sum, as many as are needed
+SUMMED_S = 30.0  # processor time beyond which no more are begun [s]
 
 
 class NoTruthError(Exception):
@@ -56,20 +59,22 @@ def find_truth(
     it does not suffice, the standard error is the one that was reached. is_checked: whether the reference path is followed
     where float64 knows the shot.
     """
-    wanted = max(wanted_error(shot.tolerance), STATED_SHARE * stated)
+    wanted, limit = max(wanted_error(shot.tolerance), STATED_SHARE * stated), JUDGED * max(shot.tolerance, stated)
     summed, summed_sigma = None, math.inf
     if is_simple(shot, planned):
         summed = exact_means(shot, planned)
         for points in SUMMED_POINTS if summed is None else ():
+            started_s = time.process_time()
             summed = sum_rays(shot, planned, points=points)
-            if _largest_error(summed, planned) <= wanted:
+            cost_s = time.process_time() - started_s
+            if _largest_error(summed, planned) <= wanted or cost_s * SUMMED_POINTS[1] / SUMMED_POINTS[0] > SUMMED_S:
                 break
         assert summed is not None
         summed_sigma = _largest_error(summed, planned)
         if summed_sigma <= max(wanted, TRUTH_SHARE * shot.tolerance) and not is_checked:
             return ShotTruth(summed.electrons, summed_sigma, "float64")
     try:
-        truth, truth_sigma = true_electrons(shot, device, wanted, seconds)
+        truth, truth_sigma = true_electrons(shot, device, wanted, seconds, limit)
     except PhotositeError as error:
         raise NoTruthError(error) from error
     if summed is None or summed_sigma > max(truth_sigma, TRUTH_SHARE * shot.tolerance):
@@ -83,17 +88,21 @@ def wanted_error(tolerance: float) -> float:
     return min(max(TRUTH_SHARE * tolerance, LEAST_TRUTH_ERROR), MOST_TRUTH_ERROR)
 
 
-def true_electrons(shot: Shot, device: Device, wanted: float, seconds: float = math.inf) -> tuple[np.ndarray, float]:
+def true_electrons(
+    shot: Shot, device: Device, wanted: float, seconds: float = math.inf, limit: float = math.inf
+) -> tuple[np.ndarray, float]:
     """Mean electrons by the reference path, and the largest standard error of its photosites [standard deviations].
 
-    wanted: error at which rays suffice. The shot is taken with more and more rays, each time anew, until it has that error or
-    MOST_RAYS, or until the next number is expected to need more processor time than `seconds` in all. The error that fewer
-    instants leave counts as well, and what the plan of the reference path states.
+    wanted: error at which rays suffice, or less where with what the reference states it would exceed `limit`. The shot is taken
+    with more and more rays, each time anew, until it has that error or MOST_RAYS, or until the next number is expected to need
+    more processor time than `seconds` in all. The error that fewer instants leave counts as well, and what the plan of the
+    reference path states; neither depends on the rays, so that their squares add.
     """
     reference = replace(shot, tolerance=0.0)
     whole = plan(reference)
     planned, of_instants = _with_fewer_instants(whole, 0.5 * wanted)
     stated = whole.error_budget.predicted_sigma / OF_BOUND + of_instants
+    wanted = rays_error(wanted, stated, limit)
     count, images = _images(planned), _independent_images(planned)
     rays, most = (max(number // count, FEWEST_OF_IMAGE) for number in (FEWEST_RAYS, MOST_RAYS))
     spent_s = 0.0
@@ -103,12 +112,18 @@ def true_electrons(shot: Shot, device: Device, wanted: float, seconds: float = m
         cost_s = time.process_time() - started_s
         if planned.optics.defocus is None:
             return found, stated
-        sigma, spent_s = stated + max(wanted, worst / math.sqrt(images)), spent_s + cost_s
+        sigma, spent_s = math.hypot(stated, max(wanted, worst / math.sqrt(images))), spent_s + cost_s
         more = min(MORE_RAYS * rays, most)
         expected_s = cost_s * (1.0 + left * (more / rays - 1.0))
-        if sigma <= wanted + stated or more == rays or spent_s + expected_s > seconds:
+        if sigma <= math.hypot(stated, wanted) or more == rays or spent_s + expected_s > seconds:
             return found, sigma
         rays = more
+
+
+def rays_error(wanted: float, stated: float, limit: float) -> float:
+    """Standard error that is asked of rays: with what the reference states a little below a limit, if that is possible."""
+    left = (0.98 * limit) ** 2 - stated**2
+    return min(wanted, math.sqrt(left)) if left > (LEAST_RAYS_SHARE * wanted) ** 2 else wanted
 
 
 def _follow_rays(planned: Plan, reference: Shot, device: Device, allowed: float, rays: int) -> tuple[np.ndarray, float, float]:

@@ -166,7 +166,9 @@ def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
 
 def _behind_psf(psf: FieldPsf, contrast: float, channels: int) -> FixedBlur:
     """Return the blur of kernels of one blur radius. contrast: as of `FixedBlur`."""
-    return FixedBlur(psf.over, contrast, _spread_px(psf, channels), own_spread_px=_upright_px(psf), can_skew=True)
+    shares = psf.sampling.cuts(psf.pitch_um, psf.over) if psf.is_squares else [0.0]
+    cut = max(share * (1.0 - share) for share in shares)
+    return FixedBlur(psf.over, contrast, _spread_px(psf, channels), own_spread_px=_upright_px(psf), can_skew=True, cut=cut)
 
 
 def _upright_px(psf: FieldPsf) -> float:

@@ -15,7 +15,8 @@ from simulator.optics.blur_planning import (
     with_defocus,
 )
 from simulator.optics.defocus.accuracy import Accuracy, square_error
-from simulator.optics.defocus.scene_light import scene_detail
+from simulator.optics.defocus.scene_light import BRIGHT, scene_bends, scene_detail
+from simulator.optics.geometry.end_spacing import LIT_SHARE
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
@@ -25,7 +26,7 @@ from simulator.optics.motion_planning import with_motion
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.lamps import Lamps
-from simulator.optics.psf.psf_errors import undrawn_error
+from simulator.optics.psf.psf_errors import bent_light_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.veiling_glare import plan_veiling_glare
@@ -181,6 +182,7 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
     contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is left out
+    per_radiance = electrons_per_radiance(lens, sensor)
     psf, skipped, lamps = plan_visible_psf(
         lens,
         sensor.camera,
@@ -190,12 +192,12 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         planned.projection,
         contrast,
         planned.accuracy,
+        partial(_bends, planned, per_radiance),
         draws_lamps=draws_lamps,
     )
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:
         defocus = replace(defocus, corrected_px=max(abs(radius) for radius in psf.corrected_px))
-    per_radiance = electrons_per_radiance(lens, sensor)
     sampled = 0.0 if psf is None else _sampling_error(planned, psf, lamps, per_radiance)
     undrawn = 0.0
     if psf is not None:
@@ -215,17 +217,25 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
 
 
 def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:
-    """Error of the samples of a fine scene that kernels by distance are applied to, as a share of the brightest light.
+    """Error of the samples of a scene that kernels by distance are applied to, as a share of the brightest light.
 
-    Kernels end within samples that mix pixels of the scene, as photosites and circles of confusion do.
+    Kernels end within samples that mix pixels of a fine scene, as photosites and circles of confusion do, or in which the light
+    of a coarse scene bends.
     """
     projection = planned.projection
+    if psf.is_squares and projection.is_bilinear:
+        return bent_light_error(psf.sampling, psf.pitch_um, psf.over, projection.scale, _bends(planned, per_radiance))
     if not psf.by_distance or not projection.is_fine or projection.whole_pixels((psf.over,)):
         return 0.0
     scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)
     detail = scene_detail(scene, planned.weights, per_radiance, planned.accuracy)
     width_px = airy_radius_px(psf.lens_psf) if isinstance(psf.lens_psf, WavefrontPsf) else 0.0
     return float(square_error(np.array(width_px), psf.over, projection.scale, detail))
+
+
+def _bends(planned: OpticsPlan, per_radiance: float) -> float:
+    """Bend of the scene's light at its pixels, but for lamps, which have an error of their own (`scene_bends`)."""
+    return scene_bends(planned.scene, planned.weights, per_radiance, planned.accuracy, BRIGHT, LIT_SHARE, has_lamps=False)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

@@ -14,7 +14,8 @@ from audit.drawn_shots import distances, draw_shot
 from audit.float64_truth import exact_means, is_simple, sum_rays
 from audit.measured_shot import Record, measure_shot
 from audit.records import append, read_records
-from audit.shot_truth import NoTruthError, noise_electrons, run, true_electrons, wanted_error, z_scores
+from audit.seen_places import SeenPlaces
+from audit.shot_truth import NoTruthError, noise_electrons, rays_error, run, true_electrons, wanted_error, z_scores
 from audit.summary import is_looser, median_factor, ranked_share, summarise, verdicts
 
 from simulator import load_shot
@@ -219,6 +220,62 @@ def test_the_float64_sum_has_the_closed_form_within_its_error(tmp_path):
     assert is_simple(shot, planned) and exact is not None
     z = (summed.electrons - exact.electrons) / np.maximum(summed.error, 1e-3)
     assert 0.5 < np.sqrt(np.mean(z**2)) < 3.0  # Student's t of three degrees of freedom
+
+
+BLADES = {"focal_length": "50 mm", "f_number": "f/2", "focus_distance": "2 m", "aperture": {"blades": 5, "rotation": "20 deg"}}
+KNOWN = {
+    "distortion": {"lens": {**BLADES, "distortion": {"k1": -0.08, "unit": "half_diagonal"}}},
+    "pinhole": {
+        "lens": {"pinhole": {"diameter": "0.02 mm", "distance": "20 mm", "diffraction": False}},
+        "scene": {"image": "light.npy", "luminance": "20000 cd/m^2"},
+    },
+    "rolled": {"motion": {"camera": {"roll": "900 deg/s"}}},
+    "rolling": {
+        "motion": {"camera": {"pan": "9 deg/s", "roll": "300 deg/s"}},
+        "exposure": {"time": "1/100 s", "iso": 100, "shutter": {"readout_time": "0.02 s"}},
+    },
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KNOWN)
+def test_float64_and_the_reference_path_agree(tmp_path, device, kind):
+    """Blades, distortion, holes and turning cameras: neither has anything but the plan's geometry from the other."""
+    scene = {"image": "light.npy", "luminance": "0.3 cd/m^2", "depth": "1.97 m"}
+    shot = simple_shot(tmp_path, **{"scene": scene, **KNOWN[kind]})
+    planned = plan(shot)
+    summed = sum_rays(shot, planned, points=512)
+    assert is_simple(shot, planned)
+    own = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.99)
+    found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.3), device, wanted_error(0.3), 1.0)
+    z = np.abs(z_scores(found, summed.electrons, planned))
+    assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own) < 1.1  # light of other places differs by several
+
+
+def test_upright_photosites_are_integrated_exactly(tmp_path, monkeypatch):
+    """Points in the pupil and in time alone leave less error than points in the area leave, around the same light."""
+    shot = simple_shot(tmp_path, motion={"layers": {0: {"velocity": ["150 px/s", "-90 px/s"]}}})
+    planned = plan(shot)
+    exact = sum_rays(shot, planned, sets=4, points=128)
+    monkeypatch.setattr(SeenPlaces, "is_upright", False)
+    plain = sum_rays(shot, planned, sets=4, points=128)
+    apart = np.abs(exact.electrons - plain.electrons) / np.hypot(exact.error, plain.error)
+    assert np.median(exact.error) < 0.5 * np.median(plain.error) and 0.3 < np.median(apart) < 1.5
+
+
+def test_a_hole_has_the_closed_form(tmp_path):
+    pinhole = {"pinhole": {"diameter": "0.02 mm", "distance": "20 mm", "diffraction": False}}
+    shot = simple_shot(tmp_path, lens=pinhole, scene={"image": "light.npy", "luminance": "20000 cd/m^2"})
+    planned = plan(shot)
+    exact, summed = exact_means(shot, planned), sum_rays(shot, planned, sets=4, points=128)
+    assert is_simple(shot, planned) and exact is not None
+    assert summed.electrons == pytest.approx(exact.electrons, rel=0.03) and np.ptp(exact.electrons) > 5.0
+
+
+def test_rays_are_as_exact_as_the_error_that_the_reference_states_asks_for():
+    assert rays_error(0.03, 0.02, np.inf) == rays_error(0.03, 0.0, 0.06) == 0.03
+    assert np.hypot(rays_error(0.03, 0.055, 0.06), 0.055) == pytest.approx(0.98 * 0.06)
+    assert rays_error(0.03, 0.07, 0.06) == 0.03  # no rays help
 
 
 def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device):

@@ -232,6 +232,14 @@ class TimedPath:
         length = float(lengths[longest])
         return PathLength(length, min(float(effective.max()), length), max(length / extent, 1.0) if extent > 0.0 else 1.0)
 
+    @property
+    def ways_px(self) -> tuple[float, float]:
+        """Ways across and down of the longest path while one line is open [photosites]."""
+        extents = np.ptp(self.displacement_px, axis=0)
+        farthest = extents[int(np.linalg.norm(extents, axis=-1).argmax())]
+        along = self.length.longest_px / max(float(np.linalg.norm(farthest)), 1e-300)
+        return float(along * farthest[0]), float(along * farthest[1])
+
     def instants_error(self, count: int, length: "PathLength", contrast: float) -> float:
         """Return the predicted error of so many instants at edges, as `instants_error`; measured where the path turns back."""
         law = instants_error(count if self.spacing is None else count / self.spacing.excess, length, contrast)

@@ -317,7 +317,8 @@ def plan_motion(
         reason = f"swept first it would be wrong by {fixed / need.allowed:.2g} times the tolerance"
         can_sweep = deep is None and (vectors is None or blur.samples_per_axis == 1)
         if can_sweep and fixed <= need.allowed:
-            return replace(swept, method="swept_first", error=error + fixed, blur=blur)
+            error += fixed + blur.cut_error(path.ways_px)
+            return replace(swept, method="swept_first", error=error, blur=blur)
     if moving.vectors is not None:
         raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(path.motion.surfaces) == 1):

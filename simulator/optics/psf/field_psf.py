@@ -141,14 +141,14 @@ class FieldPsf:
     @cached_property
     def reach_px(self) -> int:
         """Half width of the largest kernel [photosites]."""
-        if self._is_squares:
+        if self.is_squares:
             return self.sampling.squares_reach_px(self.pitch_um)
         found = (self._slab_psf(slab) for slab in range(len(self.radii_px)))
         size = max(1 if lens is None else lens.size_px for lens in found)
         return size // 2 + self.sampling.margin_px(self.pitch_um)
 
     @property
-    def _is_squares(self) -> bool:
+    def is_squares(self) -> bool:
         """Whether kernels have only the squares of light samples and photosites."""
         return self.lens_psf is None and self.by_distance and self.even_squares
 
@@ -184,7 +184,7 @@ class FieldPsf:
             kept = np.maximum(kernel, 0.0)
             return kept * (kernel.sum() / kept.sum())
         key = slab, channel, row, column
-        if key not in self._kernels and self._is_squares:
+        if key not in self._kernels and self.is_squares:
             self._kernels[key] = self.sampling.squares(self.pitch_um, self.over)
         if key not in self._kernels:
             own = self._own_node(row, column)
@@ -194,7 +194,7 @@ class FieldPsf:
     @property
     def spreads_squares(self) -> bool:
         """Whether highlights are even squares of light behind kernels in focus that hold detail finer than photosites."""
-        in_focus = self.by_distance and self.radii_px == (0.0,) and not self._is_squares
+        in_focus = self.by_distance and self.radii_px == (0.0,) and not self.is_squares
         return in_focus and self.even_squares and not (isinstance(self.lens_psf, PsfTable) and self.lens_psf.cells == 1)
 
     def _square_kernel(self, channel: int, row: int, column: int) -> np.ndarray:

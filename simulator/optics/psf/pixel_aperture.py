@@ -59,6 +59,11 @@ class Sampling:
         plain = self.fill_factor == 1.0 and self.low_pass_um == 0.0
         return 1 if plain else RINGING_PX + math.ceil(0.5 * self.low_pass_um / pitch_um)
 
+    def cuts(self, pitch_um: float, over: int) -> list[float]:
+        """Shares at which the outer and the inner borders of a photosite's spots cut samples, `over` per photosite and axis."""
+        width, apart = math.sqrt(self.fill_factor), self.low_pass_um / pitch_um
+        return [(0.5 * over * (1.0 + abs(width + way))) % 1.0 for way in (apart, -apart)]
+
     def squares_reach_px(self, pitch_um: float) -> int:
         """Half width of the kernels of `squares` [photosites]."""
         return math.ceil(0.5 * self.low_pass_um / pitch_um + 0.5 * math.sqrt(self.fill_factor) + 0.5)

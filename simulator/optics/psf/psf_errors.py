@@ -66,7 +66,7 @@ def psf_errors(
         found.append(
             ErrorTerm(PSF, "light of whole photosites behind a blur, which diffraction spreads", error, IN_FOCUS, is_rare=True)
         )
-    elif is_coarse and psf.over == 1 and psf.sampling != Sampling():
+    elif is_coarse and psf.over == 1 and psf.sampling != Sampling() and not psf.is_squares:
         error = accuracy.in_sigma(contrast * coarse_light_error(psf.sampling, psf.pitch_um))
         cause = "light of whole photosites, which a low-pass or open area divides"
         found.append(ErrorTerm(PSF, cause, error, BLURRED, is_rare=True))
@@ -140,6 +140,27 @@ def _sampled_image(psf: FieldPsf, spots: LampSpots, place: tuple[float, float]) 
             )
             found += in_y * in_x * kernels[over * (y % over) + x % over, rows, columns]
     return found
+
+
+def bent_light_error(sampling: Sampling, pitch_um: float, over: int, scale: float, bend: float) -> float:
+    """Error of samples of light, `over` per photosite and axis, that are taken as even squares, in units of `bend`.
+
+    bend: largest second difference of the pixels of a scene, along both axes together, between which its light is linear.
+    scale: of those per photosite, below 1.
+
+    A border of a photosite that the filter or the open area moves cuts a sample of width h = 1 / over, of light of slope s,
+    into f and 1 - f. The part that is seen has f h times the mean of the whole instead of its own mean: wrong by
+    s h^2 f (1 - f) / 2. The other border that the mirrored spot has cuts another sample into 1 - f and f, with the opposite
+    sign, so that equal slopes cancel: what is left is the change of the slope between both, which is `scale` bends at each
+    pixel in between. The borders lie w + 2 a apart, of the open width w and the spots at a and -a, or those nearer together
+    w - 2 a; each pair has half of the light. A bend in a sample that is cut counts less. Along both axes the errors add, to the
+    root of two times that of both together.
+    """
+    width, apart, found = math.sqrt(sampling.fill_factor), sampling.low_pass_um / pitch_um, 0.0
+    for way, share in zip((apart, -apart), sampling.cuts(pitch_um, over), strict=True):
+        pixels = math.floor(scale * (abs(width + way) + 2.0 / over)) + 1.0
+        found += 0.25 * share * (1.0 - share) * pixels / over**2
+    return math.sqrt(2.0) * bend * scale * found / width
 
 
 def photosite_light_error(radius_px: float) -> float:

@@ -27,7 +27,7 @@ from simulator.optics.psf.fraunhofer import ROUND, Opening
 from simulator.optics.psf.gather_kernels import choose_core, fits_gather
 from simulator.optics.psf.lamps import LIMIT_TIMES, Lamps, find_lamps
 from simulator.optics.psf.pixel_aperture import Sampling
-from simulator.optics.psf.psf_errors import core_error
+from simulator.optics.psf.psf_errors import bent_light_error, core_error
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.slab_kernels import plan_slabs
@@ -45,6 +45,7 @@ MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of 
 DARK = 0.1  # share of a scene that is the dark side of its edges
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
+BENT_SHARE = 0.25  # of the allowed error, for bends of light within samples that kernels divide
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
 WAVELENGTHS = {1: 7, 3: 3, 4: 3}  # per channel, by the number of channels
 
@@ -93,12 +94,14 @@ def plan_visible_psf(
     projection: Projection,
     contrast: float,
     accuracy: Accuracy,
+    bend: Callable[[], float],
     *,
     draws_lamps: bool,
 ) -> tuple[FieldPsf | None, Skipped | None, Lamps | None]:
     """PSF of a shot, None where it has no visible effect, why it is left out, None where it is not, and lamps that are drawn.
 
-    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. draws_lamps: whether lamps may be.
+    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. bend: returns what `bent_light_error` takes.
+    draws_lamps: whether lamps may be.
     Raises PhotositeError as `plan_psf`.
     """
     if contrast == 0.0:
@@ -107,9 +110,10 @@ def plan_visible_psf(
     psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance)
     if psf is None:
         return None, None, None
-    # Samples of a finer scene are means over several squares.
-    told = (projection.is_fine or projection.nearest) and scale <= psf.over + 0.5
-    psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights), even_squares=told)
+    if psf.lens_psf is None and psf.by_distance and not (projection.is_fine or projection.nearest):
+        over = _over_of_bends(psf, projection, accuracy, bend()) if projection.is_bilinear else 1  # one pixel: an even square
+        psf = replace(psf, over=over)
+    psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights), even_squares=_has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
         if change < SKIPPED_SHARE * accuracy.tolerance:
@@ -124,6 +128,28 @@ def plan_visible_psf(
         error = core_error(gathered, core, camera.channels, seen) * accuracy.sigma / own.sigma
         gathered = gathered.with_core(replace(core, error=error), gathered.seen)
     return gathered, None, lamps
+
+
+def _has_squares(psf: FieldPsf, projection: Projection) -> bool:
+    """Whether samples of light are taken as even squares, alone or behind the optics of a lens.
+
+    Samples of a finer scene are means over several squares. Behind an ideal lens pixels as large as photosites are squares, and
+    samples of a coarser scene, whose light bends, are wrong by `bent_light_error`; optics see no edges between those.
+    """
+    if psf.lens_psf is None and not projection.is_fine:
+        return True
+    return (projection.is_fine or projection.nearest) and projection.scale <= psf.over + 0.5
+
+
+def _over_of_bends(psf: FieldPsf, projection: Projection, accuracy: Accuracy, bend: float) -> int:
+    """Fewest samples of a coarse scene's light, per photosite and axis, that keep BENT_SHARE of the allowed error.
+
+    Those with the least error where none do.
+    """
+    counts = range(1, MOST_OVER + 1)
+    errors = [bent_light_error(psf.sampling, psf.pitch_um, over, projection.scale, bend) for over in counts]
+    good = [over for over, error in zip(counts, errors, strict=True) if error <= BENT_SHARE * accuracy.allowed]
+    return good[0] if good else counts[int(np.argmin(errors))]
 
 
 def _of_rest(accuracy: Accuracy, lamps: Lamps) -> Accuracy:
