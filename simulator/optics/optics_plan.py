@@ -18,6 +18,7 @@ from simulator.optics.geometry.instants import MOST_INSTANTS
 from simulator.optics.geometry.layer_phases import LEAST_SCALE, MOST_SCALE, LayerPhases, plan_phases
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.rows_between import MOST_SHARE, rows_error
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.veiling_glare import VeilingGlare
@@ -198,6 +199,19 @@ class OpticsPlan:
         assert blur is not None  # it blurs them
         return int(sample_count(np.array([blur.largest_px]), blur)[0])
 
+    @property
+    def reads_rows(self) -> bool:
+        """Whether points of layers for which `samples_shifted_layers` holds read the nearest of some rows between pixels."""
+        return self.samples_shifted_layers and self.rows_error <= MOST_SHARE * self.accuracy.allowed
+
+    @property
+    def rows_error(self) -> float:
+        """Error of that, of detail between zero and the brightest light, as its share."""
+        blur = self.moving_blur
+        assert blur is not None  # it blurs the layers, each by one radius
+        smallest_px = min(abs(float(radius)) for radius in blur.radii_px[: self.covering_layers])
+        return rows_error(self.shifted_points, smallest_px)
+
     def lacked_sigma(self, over: int = 1) -> float:
         """What means over photosites lack at edges of layers that shift apart, `over` samples per photosite and axis.
 
@@ -211,7 +225,7 @@ class OpticsPlan:
         rows, columns = over * _some_rows(whole, SEEN_ROWS), np.arange(0, over * whole.width, WIDE)
         ways, shares = self._sampled_ways
         places = self.projection.scale, self.projection.offset_x, self.projection.offset_y, self.projection.open_side
-        key = "lacked", freeze(self.weights), self.accuracy, over, len(layers), places, digest(ways), digest(shares)
+        key = "lacked", freeze(self.weights), self.accuracy, over, len(layers), places, *self._ways_key
 
         def measure() -> float:
             least, most = ways.min(axis=1), ways.max(axis=1)
@@ -220,6 +234,12 @@ class OpticsPlan:
             return lacked_sigma(layers, samples, self.projection, over, self.accuracy)
 
         return self.scene.remember(key, measure)
+
+    @cached_property
+    def _ways_key(self) -> tuple[bytes, bytes]:
+        """Key of `_sampled_ways`."""
+        ways, shares = self._sampled_ways
+        return digest(ways), digest(shares)
 
     @cached_property
     def _sampled_ways(self) -> tuple[np.ndarray, np.ndarray]:

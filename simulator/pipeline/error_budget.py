@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.optics.defocus.joint_errors import TIGHTER, sampled_detail
 from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
 from simulator.optics.defocus.predicted_error import (
     RAY_SAMPLES,
@@ -17,6 +18,7 @@ from simulator.optics.defocus.predicted_error import (
 from simulator.optics.defocus.scene_light import mixed_edges_error
 from simulator.optics.error_term import ErrorTerm, Limit
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
+from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.psf_errors import psf_errors
 from simulator.optics.veiling_glare import glare_errors
@@ -102,6 +104,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         terms += error_terms(blur, contrast)
     else:
         terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
+    terms += _rows_between(optics, sum(term.sigma for term in terms))
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
     terms += psf_errors(
         optics.psf,
@@ -125,6 +128,15 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         share = accuracy.in_sigma(optics.illumination_error)
         terms.append(ErrorTerm(ILLUMINATION, "a table of the pupil that rims clip", share, "give a round aperture"))
     return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))
+
+
+def _rows_between(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
+    """Term of points of aperture and time that read the nearest row. beside_sigma: terms of blur, of signs of their own."""
+    if not optics.reads_rows:
+        return []
+    share = sampled_detail(optics.contrast, has_edges=True) * optics.rows_error
+    more = math.hypot(beside_sigma, optics.accuracy.in_sigma(share)) - beside_sigma
+    return [ErrorTerm(MOTION, f"reads at the nearest of {PHASES} places between rows", more, TIGHTER)]
 
 
 def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
