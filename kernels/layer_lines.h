@@ -17,10 +17,11 @@ struct spot {
     float slope, bend, tilt; // DRIFTS 1: `past` and `below` are those of the middle; past + slope r + bend r^2, below + tilt r are
 };                           // those at r photosites right of it, from 0 on, and in few spans above 1 [px per photosite]
 
-// The same where one row of each plane is read, READS 1, `past` its pixel of a photosite's own column.
+// The same where two pixels beside each other are read of one row of each plane, READS 1.
 struct row_spot {
-    int row, left, phase;
-    float past;
+    int row, left;    // the row, and the first of two pixels that are read of it
+    int phase;        // begin of the planes that have them [px]
+    float past;       // between the two, 0 to 1
 };
 
 INLINE struct spot spot_in_row(const struct row_spot at) {
