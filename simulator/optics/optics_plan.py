@@ -325,6 +325,21 @@ class OpticsPlan:
         own = self.motion.path.motion
         return max((layer + 1 for layer in range(self.covering_layers) if not own.is_at_rest(layer)), default=0)
 
+    @property
+    def varies_in_one_layer(self) -> bool:
+        """Whether all covering layers but one are even within each photosite: at rest, with the photosites for pixels.
+
+        Mean light and coverage of the layers are then composited without an error: only one of the factors varies.
+        """
+        motion, projection = self.motion, self.projection
+        if motion is None or self.defocus is not None or projection.is_bilinear or projection.warp is not None:
+            return False
+        begins = projection.offset_x, projection.offset_y
+        if abs(projection.scale - 1.0) > SAME_SCALE or any(abs(begin - round(begin)) > SAME_SCALE for begin in begins):
+            return False
+        own = motion.path.motion
+        return sum(not own.is_at_rest(layer) for layer in range(self.covering_layers)) <= 1
+
     def _sweeps_pixels(self, motion: MotionPlan, over: int) -> bool:
         """Whether what is swept has a pixel for each of `over` samples per photosite and axis, read between four of them."""
         projection = self.projection

@@ -147,6 +147,8 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     motion, scene, accuracy = optics.motion, optics.scene, optics.accuracy
     if motion is None or motion.method == "instants" or not scene.behind or not optics.has_coverage:
         return []
+    if optics.varies_in_one_layer:
+        return []
     cause = "edges of layers across what is behind them within a photosite"
     over = optics.light_samples
     if optics.samples_shifted_layers:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.layer_truth import dense_layers, exact_layers
 from helpers.moving_frame import moving_light, plan_moving, rolling, without_edges
 from helpers.scene_builders import FixedScene, band_scene
 from scipy.ndimage import map_coordinates
@@ -20,6 +21,7 @@ from simulator.optics.defocus.aperture_samples import disk_of_square, moving_sam
 from simulator.optics.geometry.motion_cost import sweep_cost_ms
 from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.error_budget import error_budget
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
@@ -193,6 +195,27 @@ def test_layers_behind_the_last_that_moves_are_predicted_to_be_read_once():
         cost_ms = next(one.cost_ms for one in plan(shot_of(ways_px, coverage=EVEN)).passes if one.name == "motion")
         costs.append(cost_ms - sweep_cost_ms("shifting layers", 0))
     assert costs[1] == pytest.approx(1.5 * costs[0])
+
+
+@pytest.mark.parametrize("ways_px", [((9.3, 3.1), (0.0, 0.0)), ((0.0, 0.0), (-4.2, 6.7))], ids=["front", "back"])
+def test_one_layer_that_varies_within_photosites_errs_by_no_edges(ways_px):
+    """The other is even in each photosite, so that mean coverage hides just the light that it does. Both means in float64."""
+    optics = plan_moving(shot_of([way if any(way) else None for way in ways_px])).optics
+    layers = [
+        (light[..., 0].astype(float), cover) for light, cover in ((one.planes, one.coverage) for one in optics.scene.layers)
+    ]
+    held = optics.scene, optics.projection, ways_px, np.zeros(HEIGHT), WIDTH, 7
+    assert np.abs(dense_layers(*held) - exact_layers(layers, *held[1:])).max() < 1e-6
+    assert optics.varies_in_one_layer
+
+
+def test_edges_of_a_layer_that_spins_err_where_what_is_behind_varies_within_photosites():
+    shot, spin, aside = shot_of(WAYS["front"]), LayerMotion(spin_deg_per_s=2000.0), LayerMotion((Speed(700.0, "px/s"),) * 2)
+    rest, moves = (plan_moving(replace(shot, motion=Motion(layers=own))).optics for own in ({0: spin}, {0: spin, 1: aside}))
+    between = replace(rest, projection=replace(rest.projection, offset_x=0.5))
+    assert rest.varies_in_one_layer and not moves.varies_in_one_layer and not between.varies_in_one_layer
+    told = [any("edges of layers" in term.cause for term in error_budget(optics).terms) for optics in (rest, moves, between)]
+    assert told == [False, True, True]
 
 
 BLURRED = ThinLens(50.0, 1.4, 2.0, cos4=False, transmittance=4.7e-4)  # the brightest light gives some 2000 e-
