@@ -30,6 +30,7 @@ from simulator.sensor.camera.cfa import Cfa
 LACKED = 0.75  # of the tolerance that edges of layers may leave where means over photosites are composited
 SEEN_ROWS = 32  # at which that is measured
 SEEN_POINTS = 1024  # of aperture and time, at most, by which that is measured
+LEAST_TURN = 0.05  # sine of a turn up to which pixels lie as the photosites do
 MOST_MIXED_SCALE = 8.0  # scene pixels per sample and axis up to which edges are composited exactly
 SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which there is one
 COUNTED_ROWS, COUNTED_INSTANTS = 64, 16  # by which spans that edges cross are counted
@@ -329,7 +330,8 @@ class OpticsPlan:
     def varies_in_one_layer(self) -> bool:
         """Whether all covering layers but one are even within each photosite: at rest, with the photosites for pixels.
 
-        Mean light and coverage of the layers are then composited without an error: only one of the factors varies.
+        Mean light and coverage of the layers are then composited without an error: only one of the factors varies. Of pixels
+        that turn against the photosites by more than LEAST_TURN the means themselves err.
         """
         motion, projection = self.motion, self.projection
         if motion is None or self.defocus is not None or projection.is_bilinear or projection.warp is not None:
@@ -338,7 +340,9 @@ class OpticsPlan:
         if abs(projection.scale - 1.0) > SAME_SCALE or any(abs(begin - round(begin)) > SAME_SCALE for begin in begins):
             return False
         own = motion.path.motion
-        return sum(not own.is_at_rest(layer) for layer in range(self.covering_layers)) <= 1
+        moving = [layer for layer in range(self.covering_layers) if not own.is_at_rest(layer)]
+        turns = [own.homographies(motion.path.poses, layer)[..., :2, :2] - np.eye(2) for layer in moving]
+        return len(moving) <= 1 and all(float(np.abs(turn).max()) <= LEAST_TURN for turn in turns)
 
     def _sweeps_pixels(self, motion: MotionPlan, over: int) -> bool:
         """Whether what is swept has a pixel for each of `over` samples per photosite and axis, read between four of them."""
