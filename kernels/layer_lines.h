@@ -17,6 +17,18 @@ struct spot {
     float slope, bend, tilt; // DRIFTS 1: `past` and `below` are those of the middle; past + slope r + bend r^2, below + tilt r are
 };                           // those at r photosites right of it, from 0 on, and in few spans above 1 [px per photosite]
 
+// The same where two pixels beside each other are read of one row of each plane, READS 1.
+struct row_spot {
+    int row, left;    // the row, and the first of two pixels that are read of it
+    int phase;        // begin of the planes that have them [px]
+    float past;       // between the two, 0 to 1
+};
+
+INLINE struct spot spot_in_row(const struct row_spot at) {
+    const struct spot found = {at.row, at.left, at.left + 1, at.phase, at.phase, at.past, 0.0f, 0.0f, 0.0f, 0.0f};
+    return found;
+}
+
 // Where a row of photosites sees the scene at rest, EDGES 0.
 struct row_place {
     int row;     // from the row of its own number
@@ -26,7 +38,9 @@ struct row_place {
 // Shares of READS rows in the height of a photosite, whose place is `below` where the first of them begins (SQUARES, EDGES 1), or the
 // second (bilinear light).
 INLINE void shares_of(const float below, const float side, float *shares) {
-#if EDGES
+#if READS == 1
+    shares[0] = 1.0f;
+#elif EDGES
     shares[0] = 1.0f - below, shares[1] = below;
 #elif SQUARES
     __attribute__((opencl_unroll_hint(READS)))

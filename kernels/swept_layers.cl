@@ -9,6 +9,7 @@
 //         CHANNELS planes of electron radiance times coverage [e- s^-1 um^-2 sr^-1]; and coverage, 0 to 1, but of the last. The first MOVING
 //         of them differ from instant to instant. Those from LAYERS on are not read. Beyond a layer its edge pixels continue.
 // spots:  (lines, instants, LAYERS) struct spot; one line, or one for each `rows` rows. Of a layer at rest the first instant counts.
+// row_spots: READS 1: the same of struct row_spot, instead of `spots`, of planes between rows (rows_between.cl).
 // views:  DRIFTS 1: (lines, instants, LAYERS) struct view (row_view.h), instead of `spots`; displacements change a little along a row.
 // places: (rows of the launch,) struct row_place; not read where the planes have one pixel for each photosite (EDGES 1).
 // weights: (lines, instants) float32, share of each instant in the line's light.
@@ -19,6 +20,8 @@
 
 #if DRIFTS
 #define FIND_SPOT(instant, n) spot_of(drift_at(views[(instant) * LAYERS + n], (float)x + (MIDDLE + 0.5f) - layers.pivot_x), layers)
+#elif READS == 1
+#define FIND_SPOT(instant, n) spot_in_row(row_spots[(instant) * LAYERS + n])
 #else
 #define FIND_SPOT(instant, n) spots[(instant) * LAYERS + n]
 #endif
@@ -26,7 +29,7 @@
 // Dimension 0: spans of a row's set of columns; 1: rows, each as STEP sets of columns.
 kernel void swept_layers(global const float *restrict layer_0, global const float *restrict layer_1, global const float *restrict layer_2,
                          global const float *restrict layer_3, global const struct spot *restrict spots,
-                         global const struct view *restrict views, global const struct row_place *restrict places, global const float *restrict weights,
+                         global const struct row_spot *restrict row_spots, global const struct view *restrict views, global const struct row_place *restrict places, global const float *restrict weights,
                          global float *restrict mosaic, const struct layers layers) {
     global const float *const planes[4] = {layer_0, layer_1, layer_2, layer_3};
     const size_t own_row = get_global_id(1) / STEP, row = layers.first_row + own_row;

@@ -18,6 +18,7 @@ from simulator.optics.geometry.instants import MOST_INSTANTS
 from simulator.optics.geometry.layer_phases import LEAST_SCALE, MOST_SCALE, LayerPhases, plan_phases
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.rows_between import MOST_SHARE, rows_error
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.veiling_glare import VeilingGlare
@@ -29,6 +30,7 @@ from simulator.sensor.camera.cfa import Cfa
 LACKED = 0.75  # of the tolerance that edges of layers may leave where means over photosites are composited
 SEEN_ROWS = 32  # at which that is measured
 SEEN_POINTS = 1024  # of aperture and time, at most, by which that is measured
+LEAST_TURN = 0.05  # sine of a turn up to which pixels lie as the photosites do
 MOST_MIXED_SCALE = 8.0  # scene pixels per sample and axis up to which edges are composited exactly
 SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which there is one
 COUNTED_ROWS, COUNTED_INSTANTS = 64, 16  # by which spans that edges cross are counted
@@ -198,6 +200,19 @@ class OpticsPlan:
         assert blur is not None  # it blurs them
         return int(sample_count(np.array([blur.largest_px]), blur)[0])
 
+    @property
+    def reads_rows(self) -> bool:
+        """Whether points of layers for which `samples_shifted_layers` holds read the nearest of some rows between pixels."""
+        return self.samples_shifted_layers and self.rows_error <= MOST_SHARE * self.accuracy.allowed
+
+    @property
+    def rows_error(self) -> float:
+        """Error of that, of detail between zero and the brightest light, as its share."""
+        blur = self.moving_blur
+        assert blur is not None  # it blurs the layers, each by one radius
+        smallest_px = min(abs(float(radius)) for radius in blur.radii_px[: self.covering_layers])
+        return rows_error(self.shifted_points, smallest_px)
+
     def lacked_sigma(self, over: int = 1) -> float:
         """What means over photosites lack at edges of layers that shift apart, `over` samples per photosite and axis.
 
@@ -211,7 +226,7 @@ class OpticsPlan:
         rows, columns = over * _some_rows(whole, SEEN_ROWS), np.arange(0, over * whole.width, WIDE)
         ways, shares = self._sampled_ways
         places = self.projection.scale, self.projection.offset_x, self.projection.offset_y, self.projection.open_side
-        key = "lacked", freeze(self.weights), self.accuracy, over, len(layers), places, digest(ways), digest(shares)
+        key = "lacked", freeze(self.weights), self.accuracy, over, len(layers), places, *self._ways_key
 
         def measure() -> float:
             least, most = ways.min(axis=1), ways.max(axis=1)
@@ -220,6 +235,12 @@ class OpticsPlan:
             return lacked_sigma(layers, samples, self.projection, over, self.accuracy)
 
         return self.scene.remember(key, measure)
+
+    @cached_property
+    def _ways_key(self) -> tuple[bytes, bytes]:
+        """Key of `_sampled_ways`."""
+        ways, shares = self._sampled_ways
+        return digest(ways), digest(shares)
 
     @cached_property
     def _sampled_ways(self) -> tuple[np.ndarray, np.ndarray]:
@@ -304,6 +325,24 @@ class OpticsPlan:
         assert self.motion is not None  # something moves
         own = self.motion.path.motion
         return max((layer + 1 for layer in range(self.covering_layers) if not own.is_at_rest(layer)), default=0)
+
+    @property
+    def varies_in_one_layer(self) -> bool:
+        """Whether all covering layers but one are even within each photosite: at rest, with the photosites for pixels.
+
+        Mean light and coverage of the layers are then composited without an error: only one of the factors varies. Of pixels
+        that turn against the photosites by more than LEAST_TURN the means themselves err.
+        """
+        motion, projection = self.motion, self.projection
+        if motion is None or self.defocus is not None or projection.is_bilinear or projection.warp is not None:
+            return False
+        begins = projection.offset_x, projection.offset_y
+        if abs(projection.scale - 1.0) > SAME_SCALE or any(abs(begin - round(begin)) > SAME_SCALE for begin in begins):
+            return False
+        own = motion.path.motion
+        moving = [layer for layer in range(self.covering_layers) if not own.is_at_rest(layer)]
+        turns = [own.homographies(motion.path.poses, layer)[..., :2, :2] - np.eye(2) for layer in moving]
+        return len(moving) <= 1 and all(float(np.abs(turn).max()) <= LEAST_TURN for turn in turns)
 
     def _sweeps_pixels(self, motion: MotionPlan, over: int) -> bool:
         """Whether what is swept has a pixel for each of `over` samples per photosite and axis, read between four of them."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.optics.defocus.joint_errors import TIGHTER, sampled_detail
 from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
 from simulator.optics.defocus.predicted_error import (
     RAY_SAMPLES,
@@ -17,6 +18,7 @@ from simulator.optics.defocus.predicted_error import (
 from simulator.optics.defocus.scene_light import mixed_edges_error
 from simulator.optics.error_term import ErrorTerm, Limit
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
+from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.psf_errors import psf_errors
 from simulator.optics.veiling_glare import glare_errors
@@ -102,6 +104,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         terms += error_terms(blur, contrast)
     else:
         terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
+    terms += _rows_between(optics, sum(term.sigma for term in terms))
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
     terms += psf_errors(
         optics.psf,
@@ -129,6 +132,15 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))
 
 
+def _rows_between(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
+    """Term of points of aperture and time that read the nearest row. beside_sigma: terms of blur, of signs of their own."""
+    if not optics.reads_rows:
+        return []
+    share = sampled_detail(optics.contrast, has_edges=True) * optics.rows_error
+    more = math.hypot(beside_sigma, optics.accuracy.in_sigma(share)) - beside_sigma
+    return [ErrorTerm(MOTION, f"reads at the nearest of {PHASES} places between rows", more, TIGHTER)]
+
+
 def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     """Term of layers that are composited photosite by photosite, or sample by sample, at each instant of a motion.
 
@@ -136,6 +148,8 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     """
     motion, scene, accuracy = optics.motion, optics.scene, optics.accuracy
     if motion is None or motion.method == "instants" or not scene.behind or not optics.has_coverage:
+        return []
+    if optics.varies_in_one_layer:
         return []
     cause = "edges of layers across what is behind them within a photosite"
     over = optics.light_samples

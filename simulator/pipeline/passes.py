@@ -16,6 +16,7 @@ from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_igno
 from simulator.optics.geometry.motion_cost import (
     AGAIN,
     DRIFTING,
+    FOUR_READ,
     OCCLUDING_AGAIN,
     SHIFT_MARGIN_PX,
     instants_cost_ms,
@@ -243,7 +244,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         cost = moving_cost_ms(pixels, len(motion.path.motion.surfaces))
         if optics.samples_shifted_layers:
             points = optics.shifted_points
-            cost = sweep_cost_ms("shifting layers", pixels * points * (2 * optics.covering_layers - 1))
+            each = 1.0 if optics.reads_rows else FOUR_READ
+            cost = sweep_cost_ms("shifting layers", each * pixels * points * (2 * optics.covering_layers - 1))
             if optics.mixes_points:
                 cost += 1e-6 * pixels * points * optics.mixed_share() * optics.cells_ns()
         method = "with the blur: each point of the aperture carries an instant"

@@ -100,11 +100,12 @@ def run(case: str) -> None:
         size = (30, 66) if "coarse" in case else (60, 135) if "finer" in case else (40, 90)
         near, far, behind = rng.random((*size, camera.channels)), rng.random((*size, camera.channels)), {}
         moves = {0: LayerMotion((Speed(4000.0, "px/s"), Speed(-1500.0, "px/s")))}
+        near_m, far_m = (1.8, 2.3) if "layers" in case else (2.0, 2.001)
         if "apart" in case:  # two layers, each with a way of its own
             behind = {"coverage": np.round(rng.random(size)).astype(np.float32)}
-            behind["behind"] = (Layer(far.astype(np.float32), 2.001),)
+            behind["behind"] = (Layer(far.astype(np.float32), far_m),)
             moves[1] = LayerMotion((Speed(-3000.0, "px/s"), Speed(2500.0, "px/s")))
-        scene, exposure = band_scene(near, 2.0, **behind), replace(exposure, shutter=RollingShutter(0.001))
+        scene, exposure = band_scene(near, near_m, **behind), replace(exposure, shutter=RollingShutter(0.001))
         motion = Motion(layers=moves, camera=SteadyMotion(pan_deg_per_s=400.0) if "turning" in case else None)
     take_with_truth(Shot(scene, lens, exposure, camera, motion=motion, tolerance=2.0 if motion else 0.1))
     print("done", devices()[0].name)

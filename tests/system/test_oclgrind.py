@@ -39,6 +39,7 @@ CASES = [
     "sharp RGGB window shifting apart turning",
     "sharp RGGB window shifting apart coarse",
     "sharp RGGB window shifting apart finer",
+    "layers RGGB window shifting apart",
     "layers MONO moving",
     "one depth MONO moving",
     "one depth RGGB window moving",

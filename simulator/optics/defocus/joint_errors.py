@@ -48,7 +48,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
     points = int(sample_count(np.array([defocus.largest_px]), defocus)[0])
     maps = [radius for radius in defocus.of_scene().radii_px if isinstance(radius, np.ndarray)]
     has_edges = contrast.has_steps or len(defocus.of_scene().radii_px) > 1
-    detail = max(1.3 * math.sqrt(contrast.texture), 1.0 if has_edges else 0.0)
+    detail = sampled_detail(contrast, has_edges)
     path_px = float(motion.path_px(np.array(defocus.largest_px)))
     sampled = detail * moving_points_error(points, defocus.largest_px, path_px)
     found = [JointTerm(f"{points} points of aperture and time", sampled, TIGHTER, falls=points < 3 * MOST // 2)]
@@ -91,6 +91,14 @@ def _edge_terms(defocus: Defocus, contrast: SceneContrast) -> list[JointTerm]:
     share = edge_error(float(smallest[0]), finest, own.scale, contrast.edges)
     cause = f"edges between {finest} x {finest} samples per photosite"
     return [JointTerm(cause, share, TIGHTER, falls=finest < most_samples_per_axis(own, smallest))]
+
+
+def sampled_detail(contrast: SceneContrast, has_edges: bool) -> float:
+    """Contrast of what points sample, in units of the brightest light and seen by the noise at its place.
+
+    has_edges: whether surfaces end before others.
+    """
+    return max(1.3 * math.sqrt(contrast.texture), 1.0 if has_edges else 0.0)
 
 
 def is_sampled_alike(scale: float) -> bool:

@@ -346,8 +346,11 @@ class JointMotion:
         """
         times_s = self.quantiles(lines, points[:, 5])
         surfaces = len(self.path.motion.surfaces)
-        ways = [self.path.shift_at(times_s, min(layer, surfaces - 1)) for layer in range(len(radii_px))]
-        return np.stack([way + radius * points[:, :2] for way, radius in zip(ways, radii_px, strict=True)], axis=2)
+        found = np.empty((*times_s.shape, len(radii_px), 2))
+        for layer, radius in enumerate(radii_px):
+            surface, seen = min(layer, surfaces - 1), np.asarray(radius) * points[:, :2]
+            found[:, :, layer] = seen if self.image.is_at_rest(surface) else self.path.shift_at(times_s, surface) + seen
+        return found
 
     def quantiles(self, lines: np.ndarray, shares: np.ndarray) -> np.ndarray:
         """Return the times after the release when these shares of a line's light have come, (lines, shares) [s].

@@ -23,6 +23,7 @@ COST_NS = {
 }
 PART_READ, AT_ONCE = 0.21, 2.0  # of the time of a part, for each scene pixel that it may touch; reads of a bilinear value
 SHIFT_MARGIN_PX = 5.0  # by which a path counts as longer
+FOUR_READ = 2.0  # times what layers that shift take, where points of aperture and time read between four pixels
 DRIFTING = 1.5  # times what layers that shift take, where displacements change along a row
 AGAIN = 3.0  # times what the image at rest takes, since places of a picture that is turned are found one by one
 OCCLUDING_AGAIN = 35.0  # the same of a blur of surfaces that hide each other, whose blocks are not measured before

@@ -15,6 +15,7 @@ from simulator.optics.geometry.motion_plan import MotionPlan, row_views
 from simulator.optics.geometry.projection import ANY_CFA
 from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, OpticsPlan
 from simulator.optics.passes.layer_means import Grid, LayerMeans, row_places, spots_of
+from simulator.optics.passes.layer_rows_between import LayerRowsBetween
 from simulator.sensor.camera.camera_sections import Window
 
 SPAN = 64  # photosites of a row and colour of a work-item
@@ -23,6 +24,8 @@ BAND_READS = 2**30  # of a launch: photosites, times instants and layers
 BAND_SPOTS = 2**20  # of the table of a launch
 LEAST_BAND_ROWS = 16
 LINE_ROWS = (1, 2, 4, 8, 16)  # rows that may share points
+LONG_SPANS = (64, 128, 192, 256, 320)  # where a pixel is one read of each plane, which takes no longer than to begin a span
+SPAN_COST = 32  # photosites whose time it takes to begin one
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,8 @@ def points_mosaic(
     def find(rows: Window) -> Places:
         return points_of(blur, motion, rows, layers, count)
 
-    return _Sweep(optics, device, planes, count, find, layers).mosaic(progress), find, count
+    between = LayerRowsBetween(optics, device, planes) if optics.reads_rows else None
+    return _Sweep(optics, device, planes, count, find, layers, between=between).mosaic(progress), find, count
 
 
 class _Sweep:
@@ -114,13 +118,16 @@ class _Sweep:
         moving: int,
         over: int = 1,
         side: float = 1.0,
+        between: LayerRowsBetween | None = None,
     ) -> None:
         self.optics, self.device, self.find, self.moving, self.over = optics, device, find, moving, over
         self.layers = layers = optics.covering_layers
         self.scene = planes
         self.drifts = over == 1 and optics.sweeps_drifting_layers
         phases = None if self.drifts else optics.layer_phases
-        self.means = None if phases is None else LayerMeans(optics, phases, device, planes, side)
+        self.span = SPAN if between is None else _long_span(optics.window, 2 if len(optics.cfa.colors) > 1 else 1)
+        self.spots = "spots" if between is None else "row_spots"
+        self.means = between if phases is None else LayerMeans(optics, phases, device, planes, side)
         reads, spots = over**2 * optics.window.width * count * layers, count * layers
         self.band_rows = max(min(BAND_READS // reads, BAND_SPOTS // spots), LEAST_BAND_ROWS)
         if self.means is not None:
@@ -142,7 +149,7 @@ class _Sweep:
 
     def _run(self, found: Buffer, step: int, colours: Sequence[int], progress: Progress) -> None:
         """Write one plane for each of some colours. step: columns from a photosite of a span to the next; 2: a filter."""
-        window, defines = self.optics.window, {"SPAN": SPAN, "STEP": step, "BENDS": 0}
+        window, defines = self.optics.window, {"SPAN": self.span, "STEP": step, "BENDS": 0}
         defines |= {"LAYERS": self.layers, "MOVING": self.moving, "CHANNELS": self.optics.channels}
         defines |= {"READS": 2, "EDGES": 1, "SQUARES": 1, "DRIFTS": int(self.drifts)}
         if self.means is not None:
@@ -156,13 +163,13 @@ class _Sweep:
 
     def _run_band(self, kernel: Kernel, found: Buffer, step: int, colours: Sequence[int], first: int, rows: int) -> None:
         """Write some rows of photosites from `first` on."""
-        window, projection, over, wide = self.optics.window, self.optics.projection, self.over, step * SPAN
+        window, projection, over, wide = self.optics.window, self.optics.projection, self.over, step * self.span
         places = self.find(Window(window.x, window.y + first, window.width, rows))
         x, width, high = over * window.x, over * window.width, over * window.height
         aligned = x // wide * wide
         spans = -(-(x + width - aligned) // wide)
         grid = self._grid(places, aligned, spans * wide, range(window.y + first, window.y + first + rows), step)
-        table = grid.spots if places.views is None else places.views
+        table, table_of = (grid.spots, self.spots) if places.views is None else (places.views, "views")
         shares = np.broadcast_to(places.weights.astype(np.float32), table.shape[:2])
         found_there, own_places, weights = map(self.device.upload, (table, grid.places, shares))
         surfaces = {f"layer_{n}": grid.planes[min(n, self.layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
@@ -172,8 +179,9 @@ class _Sweep:
                 (spans, step * over * rows),
                 (spans, 1),
                 **surfaces,
-                spots=None if self.drifts else found_there,
-                views=found_there if self.drifts else None,
+                spots=found_there if table_of == "spots" else None,
+                row_spots=found_there if table_of == "row_spots" else None,
+                views=found_there if table_of == "views" else None,
                 places=own_places,
                 weights=weights,
                 mosaic=found,
@@ -208,6 +216,16 @@ class _Sweep:
         projection = self.optics.projection
         spots = spots_of(self.over * places.ways + np.array([projection.offset_x, projection.offset_y]))
         return Grid(self.scene, projection.scene_width, projection.scene_height, spots, row_places(np.zeros(1)))
+
+
+def _long_span(window: Window, step: int) -> int:
+    """Return which of LONG_SPANS takes the least time over a row of a window, whose sets of columns are every `step`-th."""
+
+    def cost(span: int) -> int:
+        wide = step * span
+        return ((window.x + window.width - 1) // wide - window.x // wide + 1) * (span + SPAN_COST)
+
+    return min(LONG_SPANS, key=cost)
 
 
 def instants_of(plan: MotionPlan, window: Window, layers: int) -> Places:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.layer_truth import dense_layers, exact_layers
 from helpers.moving_frame import moving_light, plan_moving, rolling, without_edges
 from helpers.scene_builders import FixedScene, band_scene
 from scipy.ndimage import map_coordinates
@@ -18,7 +19,9 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.aperture_samples import disk_of_square, moving_samples, sample_count
 from simulator.optics.geometry.motion_cost import sweep_cost_ms
+from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.error_budget import error_budget
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
@@ -194,6 +197,29 @@ def test_layers_behind_the_last_that_moves_are_predicted_to_be_read_once():
     assert costs[1] == pytest.approx(1.5 * costs[0])
 
 
+@pytest.mark.parametrize("ways_px", [((9.3, 3.1), (0.0, 0.0)), ((0.0, 0.0), (-4.2, 6.7))], ids=["front", "back"])
+def test_one_layer_that_varies_within_photosites_errs_by_no_edges(ways_px):
+    """The other is even in each photosite, so that mean coverage hides just the light that it does. Both means in float64."""
+    optics = plan_moving(shot_of([way if any(way) else None for way in ways_px])).optics
+    layers = [
+        (light[..., 0].astype(float), cover) for light, cover in ((one.planes, one.coverage) for one in optics.scene.layers)
+    ]
+    held = optics.scene, optics.projection, ways_px, np.zeros(HEIGHT), WIDTH, 7
+    assert np.abs(dense_layers(*held) - exact_layers(layers, *held[1:])).max() < 1e-6
+    assert optics.varies_in_one_layer
+
+
+def test_edges_of_a_layer_that_spins_err_where_what_is_behind_varies_within_photosites():
+    shot, spin, aside = shot_of(WAYS["front"]), LayerMotion(spin_deg_per_s=200.0), LayerMotion((Speed(700.0, "px/s"),) * 2)
+    rest, moves = (plan_moving(replace(shot, motion=Motion(layers=own))).optics for own in ({0: spin}, {0: spin, 1: aside}))
+    between = replace(rest, projection=replace(rest.projection, offset_x=0.5))
+    assert rest.varies_in_one_layer and not moves.varies_in_one_layer and not between.varies_in_one_layer
+    far = plan_moving(replace(shot, motion=Motion(layers={0: LayerMotion(spin_deg_per_s=2000.0)}))).optics  # by 20 degrees
+    plans = rest, moves, between, far
+    told = [any("edges of layers" in term.cause for term in error_budget(optics).terms) for optics in plans]
+    assert told == [False, True, True, True]
+
+
 BLURRED = ThinLens(50.0, 1.4, 2.0, cos4=False, transmittance=4.7e-4)  # the brightest light gives some 2000 e-
 
 
@@ -206,14 +232,18 @@ def blurred_shot(cfa="MONO") -> Shot:
     return replace(shot, scene=scene, lens=BLURRED, tolerance=1.0)
 
 
-def dense_blur(radii_px, points: np.ndarray, opens_s: np.ndarray) -> np.ndarray:
-    """Mean of the layers over points x, y of the aperture [pupil radii] and shares of the time, (points, 3), float64."""
+def dense_blur(radii_px, points: np.ndarray, opens_s: np.ndarray, rows: int = 0) -> np.ndarray:
+    """Mean of the layers over points x, y of the aperture [pupil radii] and shares of the time, (points, 3), float64.
+
+    rows: places per row, of which each point reads the nearest; 0: at its own.
+    """
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
     total = np.zeros(x.shape)
     for right, below, share in points:
         come, at = opens_s[:, None] / TIME_S + share, []
         for radius_px, (across, down) in zip(radii_px, WAYS["apart"], strict=True):
-            at.append((y + radius_px * below - come * down, x + radius_px * right - come * across))
+            there = y + radius_px * below - come * down
+            at.append((np.rint(rows * there) / rows if rows else there, x + radius_px * right - come * across))
         near, cover = (
             map_coordinates(plane, at[0], order=1, mode="nearest") for plane in (LIGHT[0] * COVERAGE[0], COVERAGE[0])
         )
@@ -230,7 +260,10 @@ def test_layers_out_of_focus_are_composited_at_points_of_aperture_and_time(row_s
     assert optics.motion.method == "joint" and optics.samples_shifted_layers and min(map(abs, blur.radii_px)) > 1.0
     found = moving_light(without_edges(planned))
     points = moving_samples(blur.pupil, int(sample_count(np.array([blur.largest_px]), blur)[0]), 1)
-    assert np.abs(found - dense_blur(blur.radii_px, points[:, [0, 1, 5]].astype(np.float64), opens)).max() < 3e-6
+    samples = points[:, [0, 1, 5]].astype(np.float64)
+    rounded, exact = (dense_blur(blur.radii_px, samples, opens, rows) for rows in (PHASES, 0))
+    assert optics.reads_rows and np.abs(found - rounded).max() < 3e-6
+    assert 0.1 * optics.rows_error < np.quantile(np.abs(rounded - exact), 0.999) < optics.rows_error
     sobol = qmc.Sobol(3, seed=77).random(1 << 11)
     y, x = disk_of_square(sobol[:, 0], sobol[:, 1])
     truth = dense_blur(blur.radii_px, np.stack([x, y, sobol[:, 2]], axis=-1), opens)
@@ -243,3 +276,17 @@ def test_a_crop_of_layers_out_of_focus_has_the_bits_of_the_frame(row_s):
     part = replace(planned, optics=replace(planned.optics, window=Window(17, 5, 90, 12)))
     assert part.optics.samples_shifted_layers
     assert np.array_equal(moving_light(part), moving_light(planned)[5:17, 17:107])
+
+
+def test_a_layer_in_focus_is_read_between_four_pixels():
+    """Its rows are seen at places of their own, not spread over a circle."""
+    shot = blurred_shot()
+    near = shot.scene.load()
+    shot = replace(shot, scene=FixedScene(replace(near, behind=(replace(near.behind[0], depth_m=2.001),))))
+    planned = plan_moving(shot)
+    optics = planned.optics
+    blur = optics.moving_blur
+    assert optics.samples_shifted_layers and not optics.reads_rows and abs(blur.radii_px[1]) < 0.1
+    points = moving_samples(blur.pupil, optics.shifted_points, 1)[:, [0, 1, 5]].astype(np.float64)
+    truth = dense_blur(blur.radii_px, points, np.zeros(HEIGHT))
+    assert np.abs(moving_light(without_edges(planned)) - truth).max() < 3e-6
