@@ -15,6 +15,7 @@ from simulator.scene.scene import Layer, Scene, is_depth_map
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_LAMPS = 16  # brightest ones of a layer around which its light is looked at
+FEW_LAMPS, FEW = 4, 4000  # pixels that may be lamps in scenes of so few that these count as the brightest light
 MOST_MIXED = 250_000  # places of a composite whose range is measured
 PARTS, PART_PX = 4, 40  # parts per axis of a large scene whose penumbrae are looked at, and their side [photosites]
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
@@ -121,22 +122,31 @@ def _brightest_spot(scene: Scene, number: int, to_share: np.ndarray, defocus: De
     Up to the blur radius `Accuracy.sharp_px` a pixel is copied. number: of the layer.
     """
     layer, radius_px, scale, sharp_px = scene.layers[number], defocus.radii_px[number], defocus.scale, defocus.accuracy.sharp_px
-    bright = (layer.planes > 1.0 / np.maximum(to_share.sum(axis=1) * layer.planes.shape[2], 1e-30)).any(axis=2)
+    most = _brightest_beside_lamps(layer, to_share)
+    bright = (layer.planes > most / np.maximum(to_share.sum(axis=1) * layer.planes.shape[2], 1e-30)).any(axis=2)
     if isinstance(radius_px, np.ndarray):
         bright &= np.abs(radius_px) > sharp_px
     rows, columns = np.nonzero(bright)
     if not len(rows) or (not isinstance(radius_px, np.ndarray) and abs(radius_px) <= sharp_px):
         return 0.0, 1.0
     light = (layer.planes[rows, columns] @ to_share).max(axis=1)
-    light = np.where(light > LAMP, light, 0.0)
+    light = np.where(light > LAMP * most, light, 0.0)
     own = np.abs(radius_px[rows, columns] if isinstance(radius_px, np.ndarray) else np.full(len(rows), radius_px))
     spot_px = math.pi * np.maximum(own, 0.5) ** 2
     narrow = min(scale, 1.0 / scale) ** 2  # a pixel wider than a photosite has soft edges, one that is narrower little light
-    spots = narrow * np.maximum(light - 1.0, 0.0) / spot_px
+    spots = narrow * np.maximum(light - most, 0.0) / spot_px
     brightest = np.argsort(-spots, kind="stable")[:MOST_LAMPS]
     brightest = brightest[spots[brightest] > 0.1 * spots.max()]
     places = zip(rows[brightest].tolist(), columns[brightest].tolist(), own[brightest].tolist(), strict=True)
     return float(spots.max()), min((_least_around(scene, to_share, scale, *place) for place in places), default=1.0)
+
+
+def _brightest_beside_lamps(layer: Layer, to_share: np.ndarray) -> float:
+    """Brightest light of a layer, at most 1, that of FEW_LAMPS left out where these are in its quantile."""
+    if layer.planes[..., 0].size >= FEW:
+        return 1.0
+    light = np.sort((layer.planes @ to_share).max(axis=2), axis=None)
+    return min(float(light[-FEW_LAMPS - 1 :][0]), 1.0)
 
 
 def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, column: int, radius_px: float) -> float:
@@ -154,7 +164,7 @@ def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, co
     if is_lamp.all():
         return 1.0
     light[is_lamp] = light[~is_lamp].mean()
-    return min(float(uniform_filter(light, (side, side, 1), mode="nearest").min()), 1.0)
+    return min(max(float(uniform_filter(light, (side, side, 1), mode="nearest").min()), 0.0), 1.0)
 
 
 def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.area_truth import photosite_means
 from helpers.fine_frame import fine_shot, frame_radiance
 from helpers.lens_frame import depth_of
 from helpers.scene_builders import FixedScene
@@ -52,3 +53,13 @@ def test_a_lamp_in_the_dark_counts_in_its_noise_whatever_else_is_lit():
     found, planned = lamp_behind_a_layer(3.07e5, 0.665, 139.0)
     assert planned.optics.contrast.around_lamps == 0.0
     assert 1e3 < found <= planned.error_budget.predicted_sigma < 10.0 * found
+
+
+def test_a_lamp_that_is_the_brightest_light_of_a_tiny_frame_is_a_lamp():
+    """A pixel per photosite, which leaves unknown where in it the lamp is: 9.7 sigma were found where 1.5 were told."""
+    light = np.zeros((12, 16), np.float32)
+    light[6, 8:10] = 1.0, 1e-3
+    found, planned = frame_radiance(fine_shot(light, light.shape, 1.0, 17203.0))
+    truth = 17203.0 * photosite_means(light.astype(float), light.shape, 1.0)
+    z = np.abs(17203.0 * found - truth) / np.sqrt(truth + 1.0)
+    assert planned.optics.contrast.lamp > 0.1 and z.max() < planned.error_budget.predicted_sigma
