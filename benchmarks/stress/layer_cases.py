@@ -30,8 +30,8 @@ def run_layers(device: Device, inputs: Inputs) -> Outcome:
     """A picture with holes that moves before another that moves, by means over photosites."""
     planned, scene, ways = taken(inputs)
     truth = dense_layers(scene, planned.optics.projection, ways, np.zeros(ROWS), COLUMNS, INSTANTS)
-    if planned.optics.motion is None:  # composited as it is
-        truth = exact(planned, scene, ways, 1)
+    if len(planned.optics.scene.layers) == 1:  # composited as it is: at rest, or where both move alike
+        truth = exact(planned, scene, ways, 1 if planned.optics.motion is None else EXACT_INSTANTS)
     return outcome(without_edges(planned), truth)
 
 
@@ -56,6 +56,8 @@ def run_drift(device: Device, inputs: Inputs) -> Outcome:
     row_s = number(inputs, "row_s")
     planned = plan_moving(replace(shot, scene=scene), rolling(ROWS, TIME_S, row_s))
     pictures = [(light[0] * cover, cover, DRIFT_M[0]), (light[1], None, DRIFT_M[1])]
+    if len(planned.optics.scene.layers) == 1:  # both are seen alike, and composited as they are
+        pictures = [(light[0] * cover + (1.0 - cover) * light[1], None, DRIFT_M[0])]
     opens = row_s * np.arange(ROWS)
     truth = dense_mean(
         pictures, camera, planned.optics.projection, (ROWS, COLUMNS), DISTANCE_PX, opens, TIME_S, instants=INSTANTS
