@@ -110,7 +110,11 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
             add("images of the aperture between radii that are tabulated", OF_NODES * contrast.around, RAYS)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         ends = np.array([end for pair in ranges for end in pair if end > own.copied_px])
-        share = RIM_SHARE if is_sloped else rim_share(defocus.scale, int(own.samples_per_axis(ends, ends).min()))
+        share = (
+            RIM_SHARE
+            if is_sloped or defocus.scale < 1.0 - 1e-6
+            else rim_share(defocus.scale, int(own.samples_per_axis(ends, ends).min()))
+        )
         dark = contrast.around_lamps
         spots = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share))
         add("edges of the spots of lamps", spots, FINER_SCENE)

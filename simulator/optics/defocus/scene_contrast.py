@@ -33,7 +33,7 @@ class SceneContrast:
 
     curvature: second difference of the light between photosites. texture: the same, without the borders of layers and scene.
     lamp: light of the brightest blur spot of a single scene pixel that is LAMP times as bright as the brightest light.
-    around_lamps: least light around such a spot, at most 1: mean within its circle, of the brightest lamps.
+    around_lamps: least light around such a spot, at most 1: mean within its circle; 1: of bilinear light.
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
@@ -122,7 +122,8 @@ def _brightest_spot(scene: Scene, number: int, to_share: np.ndarray, defocus: De
     Up to the blur radius `Accuracy.sharp_px` a pixel is copied. number: of the layer.
     """
     layer, radius_px, scale, sharp_px = scene.layers[number], defocus.radii_px[number], defocus.scale, defocus.accuracy.sharp_px
-    most = _brightest_beside_lamps(layer, to_share)
+    is_square = scale >= 1.0 - 1e-6  # light between coarser pixels is bilinear, and spots end softly (`SceneContrast.ends`)
+    most = _brightest_beside_lamps(layer, to_share) if is_square else 1.0
     bright = (layer.planes > most / np.maximum(to_share.sum(axis=1) * layer.planes.shape[2], 1e-30)).any(axis=2)
     if isinstance(radius_px, np.ndarray):
         bright &= np.abs(radius_px) > sharp_px
@@ -135,6 +136,8 @@ def _brightest_spot(scene: Scene, number: int, to_share: np.ndarray, defocus: De
     spot_px = math.pi * np.maximum(own, 0.5) ** 2
     narrow = min(scale, 1.0 / scale) ** 2  # a pixel wider than a photosite has soft edges, one that is narrower little light
     spots = narrow * np.maximum(light - most, 0.0) / spot_px
+    if not is_square:
+        return float(spots.max()), 1.0
     brightest = np.argsort(-spots, kind="stable")[:MOST_LAMPS]
     brightest = brightest[spots[brightest] > 0.1 * spots.max()]
     places = zip(rows[brightest].tolist(), columns[brightest].tolist(), own[brightest].tolist(), strict=True)

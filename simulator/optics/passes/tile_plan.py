@@ -83,8 +83,8 @@ class TilePlan:
         """`highlight_threshold` of the scene, which is the same for all windows of a frame."""
         scene, weights, lamps = self.optics.scene, self.optics.weights, self.optics.lamps
         if lamps is not None:  # drawn by themselves
-            rest, key = lamps.without(scene, weights), ("highlights of the rest", freeze((weights, lamps)), times)
-            return scene.remember(key, lambda: highlight_threshold(rest, weights, times))
+            key = "highlights of the rest", freeze((weights, lamps)), times
+            return scene.remember(key, lambda: highlight_threshold(lamps.without(scene, weights), weights, times))
         return scene.remember(("highlights", freeze(weights), times), lambda: highlight_threshold(scene, weights, times))
 
 
