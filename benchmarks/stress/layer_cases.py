@@ -109,7 +109,8 @@ def space(scales: tuple[float, ...]) -> dict[str, Domain]:
 
 DRIFTING: dict[str, Domain] = {
     "light": Picture((2 * ROWS, COLUMNS), 1e-6, 10.0),
-    **{f"{name}_px": Real(-6.0, 6.0, switches=WAYS) for name in ("right", "down", "pan")},
+    **{f"{name}_px": Real(-6.0, 6.0, switches=WAYS) for name in ("right", "down")},
+    "pan_px": Real(0.5, 6.0),  # by which layers drift; those that shift are `swept_layers`
     "roll_deg": Real(-0.3, 0.3, switches=(0.0, 0.01)),
     "row_s": Choice((0.0, 1e-5, 1e-4)),
     "electrons": Real(5.0, 2e4, log=True),
