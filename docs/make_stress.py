@@ -92,8 +92,8 @@ beside it. `benchmarks/stress/` has the cases, `python -m stress --help` (with `
   (`test_bright_pixels_over_black_keep_what_is_told_where_the_camera_turns_a_little`).
 - The 6,000 ulps of `projection` were those of denormal light, which float32 holds to 1.4·10⁻⁴⁵ before it is counted in
   electrons.
-- Lamps out of focus where no samples divide the scene's pixels were off by 50 σ at 6·10⁶ e⁻ where 28 were stated. They are
-  drawn one by one, right to 0.003 σ of 2·10⁸ e⁻ (`test_lamps_out_of_focus_keep_the_tolerance`); what 512 chords of the truth
+- Lamps out of focus where no samples divide the scene's pixels were off by 50 σ at 3·10⁵ e⁻ where 28 were stated. They are
+  drawn one by one, right to 0.003 σ of 3·10⁷ e⁻ (`test_lamps_out_of_focus_keep_the_tolerance`); what 512 chords of the truth
   leave of such lamps is 0.3 σ. Behind layers, of depth maps and behind blades they go through samples. Their rims count in
   the noise of the light around them: 9,400 σ were found beside a patch of light where 943 were stated
   (`test_a_lamp_in_the_dark_counts_in_its_noise_whatever_else_is_lit`). In 12 × 16 photosites a lamp was the brightest light

@@ -65,7 +65,7 @@ def test_the_image_of_a_square_is_that_of_chords(radius_px, scale, fill_factor, 
 @pytest.mark.parametrize(
     ("scale", "radius_px", "fill_factor", "shape", "electrons", "lamp"),
     [
-        (2.5, 6.5, 1.0, SHAPE, 50.0, 2e5),  # 20 sigma of samples
+        (2.5, 6.5, 1.0, SHAPE, 50.0, 2e5),
         (1.5, 3.0, 0.5, SHAPE, 50.0, 1e5),
         (2.5, 0.7, 1.0, SHAPE, 2000.0, 1e4),  # gathered from the scene's pixels
         (1.25, 0.5, 1.0, (12, 16), 50.0, 1e4),  # so few photosites that lamps are in the quantile of the brightest light
