@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 from helpers.layer_truth import dense_layers, exact_layers
-from helpers.moving_frame import moving_light, plan_moving, without_edges
+from helpers.moving_frame import dense_mean, moving_light, plan_moving, rolling, without_edges
 from helpers.scene_builders import band_scene
 from scipy.ndimage import map_coordinates
 
 from simulator.device import Device
+from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.optics.defocus.aperture_samples import moving_samples
@@ -19,21 +20,22 @@ from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer, Scene
 
 from .inputs import number, picture
-from .motion_cases import COLUMNS, ROWS, TIME_S, WAYS, WHY, outcome, shot_of
-from .search import Outcome, StressCase
+from .motion_cases import COLUMNS, DISTANCE_PX, PX_PER_DEGREE, ROWS, TIME_S, WAYS, WHY, outcome, shot_of
+from .search import Outcome, StressCase, promised_of
 from .space import Choice, Domain, Inputs, Picture, Real
 
 INSTANTS = 600  # of the truth: up to a fiftieth of a photosite apart
 EXACT_INSTANTS = 300  # of the truth of cells, which is smooth over a photosite
 DEPTHS_M = 2000.0, 2000.1  # both in focus
+DRIFT_M = 2000.0, 2400.0  # far enough to be in focus at infinity, and apart in what they shift by
 
 
 def run_layers(device: Device, inputs: Inputs) -> Outcome:
     """A picture with holes that moves before another that moves, by means over photosites."""
     planned, scene, ways = taken(inputs)
     truth = dense_layers(scene, planned.optics.projection, ways, np.zeros(ROWS), COLUMNS, INSTANTS)
-    if planned.optics.motion is None:  # composited as it is
-        truth = exact(planned, scene, ways, 1)
+    if len(planned.optics.scene.layers) == 1:  # composited as it is: at rest, or where both move alike
+        truth = exact(planned, scene, ways, 1 if planned.optics.motion is None else EXACT_INSTANTS)
     return outcome(without_edges(planned), truth)
 
 
@@ -43,12 +45,46 @@ def run_cells(device: Device, inputs: Inputs) -> Outcome:
     return outcome(planned, exact(planned, scene, ways, 1 if planned.optics.motion is None else EXACT_INSTANTS))
 
 
+def run_drift(device: Device, inputs: Inputs) -> Outcome:
+    """A picture with holes before another, past which a camera moves that turns, too: they drift along rows."""
+    right, down = (-number(inputs, f"{name}_px") * DRIFT_M[0] / DISTANCE_PX / TIME_S for name in ("right", "down"))
+    camera = SteadyMotion(
+        right_m_per_s=right,
+        up_m_per_s=-down,
+        pan_deg_per_s=number(inputs, "pan_px") / PX_PER_DEGREE / TIME_S,
+        roll_deg_per_s=number(inputs, "roll_deg") / TIME_S,
+    )
+    light, cover = taken_light(inputs, 1.0)
+    shot = shot_of(light[1], number(inputs, "electrons"), Motion(camera=camera))
+    scene = band_scene(light[0] * cover, DRIFT_M[0], coverage=cover, behind=(Layer(light[1][..., None], DRIFT_M[1], None),))
+    row_s = number(inputs, "row_s")
+    planned = plan_moving(replace(shot, scene=scene), rolling(ROWS, TIME_S, row_s))
+    pictures = [(light[0] * cover, cover, DRIFT_M[0]), (light[1], None, DRIFT_M[1])]
+    if len(planned.optics.scene.layers) == 1:  # both are seen alike, and composited as they are
+        pictures = [(light[0] * cover + (1.0 - cover) * light[1], None, DRIFT_M[0])]
+    opens = row_s * np.arange(ROWS)
+    truth = dense_mean(
+        pictures, camera, planned.optics.projection, (ROWS, COLUMNS), DISTANCE_PX, opens, TIME_S, instants=INSTANTS
+    )
+    return replace(outcome(planned, truth), promised_sigma=promised_of_means(planned))
+
+
+def promised_of_means(planned: Plan) -> float:
+    """Return what a shot promises of means over photosites, without the edges of layers that cross these."""
+    budget = planned.error_budget
+    kept = tuple(term for term in budget.terms if not term.cause.startswith("edges of layers"))
+    return promised_of(replace(budget, terms=kept))
+
+
+def taken_light(inputs: Inputs, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the light of two layers, (2, height, width), and the coverage of the first one."""
+    light = np.resize(picture(inputs), (2, round(ROWS * scale), round(COLUMNS * scale))).astype(np.float32)
+    return light, (light[0] > np.median(light[0])).astype(np.float32)
+
+
 def taken(inputs: Inputs) -> tuple[Plan, Scene, list[tuple[float, float]]]:
     """Return the plan of a picture with holes before another, the scene, and the ways of both in the exposure [px]."""
-    scale = number(inputs, "scale")
-    shape = round(ROWS * scale), round(COLUMNS * scale)
-    light = np.resize(picture(inputs), (2, *shape)).astype(np.float32)
-    cover = (light[0] > np.median(light[0])).astype(np.float32)
+    light, cover = taken_light(inputs, number(inputs, "scale"))
     ways = [(number(inputs, f"{name}_right_px"), number(inputs, f"{name}_down_px")) for name in ("near", "far")]
     moves = {n: LayerMotion((Speed(x / TIME_S, "px/s"), Speed(y / TIME_S, "px/s"))) for n, (x, y) in enumerate(ways)}
     shot = shot_of(light[1], number(inputs, "electrons"), Motion(layers=moves))
@@ -112,6 +148,15 @@ def space(scales: tuple[float, ...]) -> dict[str, Domain]:
 
 
 POINTS = space((1.0,)) | {"near_m": Real(1.5, 1.9), "far_m": Real(2.1, 3.0)}
+DRIFTING: dict[str, Domain] = {
+    "light": Picture((2 * ROWS, COLUMNS), 1e-6, 10.0),
+    **{f"{name}_px": Real(-6.0, 6.0, switches=WAYS) for name in ("right", "down")},
+    "pan_px": Real(0.5, 6.0),  # by which layers drift; those that shift are `swept_layers`
+    "roll_deg": Real(-0.3, 0.3, switches=(0.0, 0.01)),
+    "row_s": Choice((0.0, 1e-5, 1e-4)),
+    "electrons": Real(5.0, 2e4, log=True),
+}
+
 CASES = (
     StressCase(
         "rows_between",
@@ -123,5 +168,6 @@ CASES = (
     ),
     StressCase("swept_layers", ("swept_layers",), space((1.0,)), run_layers, WHY, keeps=True),
     StressCase("layer_phases", ("layer_phases", "swept_layers"), space((1.5, 2.0)), run_layers, WHY, keeps=True),
+    StressCase("drifting_layers", ("swept_layers",), DRIFTING, run_drift, WHY, keeps=True),
     StressCase("layer_cells", ("layer_cells",), space((1.0, 1.5, 2.6)), run_cells, WHY, keeps=True),
 )

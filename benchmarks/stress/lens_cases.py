@@ -52,12 +52,16 @@ def run_mixed_squares(device: Device, inputs: Inputs) -> Outcome:
 
 
 def run_lamps_in_the_dark(device: Device, inputs: Inputs) -> Outcome:
-    """One lamp over black, or one beside a fainter one, out of focus, at any place of a photosite."""
-    scale, shape = number(inputs, "scale"), (48, 56)  # so many photosites that no quantile of the light holds lamps
-    light = np.zeros((round(scale * shape[0]), round(scale * shape[1])), np.float32)
+    """One lamp over black, or one beside a fainter one, out of focus, at any place of a photosite; other light is far away.
+
+    Large frames have so many photosites that no quantile of the light holds lamps, small ones so few that one does.
+    """
+    scale, shape = number(inputs, "scale"), (48, 56) if inputs["frame"] == "large" else (12, 16)
+    light = np.zeros([round(scale * side) for side in shape], np.float32)
+    light[tuple(slice(round(scale), round(scale * side / 5)) for side in shape)] = number(inputs, "other")
     row, column = len(light) // 2 + int(number(inputs, "down")), len(light[0]) // 2 + int(number(inputs, "right"))
     light[row, column : column + 2] = 1.0, number(inputs, "second")
-    return area_outcome({**inputs, "light": light}, scale, number(inputs, "radius_px"), 0, shape)
+    return area_outcome({**inputs, "light": light}, scale, number(inputs, "radius_px"), 0, shape, chords=2048)
 
 
 def of_squares(case: Case) -> Case:
@@ -257,7 +261,9 @@ CASES = (
         "lamps_in_the_dark",
         ("scene_gather", "defocus_sums", "defocus_mean"),
         {
-            "scale": Choice((1.0, 2.0, 2.5, 4.0)),
+            "scale": Choice((1.0, 1.25, 1.5, 2.0, 2.5, 4.0)),
+            "frame": Choice(("large", "small")),
+            "other": Choice((0.0, 1e-5, 1e-3)),
             "down": Whole(0, 3),
             "right": Whole(0, 3),
             "second": Choice((0.0, 1e-3, 0.7)),

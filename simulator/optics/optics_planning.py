@@ -19,6 +19,7 @@ from simulator.optics.defocus.scene_light import BRIGHT, scene_bends, scene_deta
 from simulator.optics.geometry.end_spacing import LIT_SHARE
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import plan_projection
+from simulator.optics.lamp_planning import with_drawn_lamps
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.relative_illumination import illumination_error
@@ -154,6 +155,8 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
         planned = with_defocus(planned, loaded, lens, sensor)
+        if draws_lamps and floor is not None:
+            planned = with_drawn_lamps(planned, loaded, lens, sensor, floor)
         planned = _with_rays_through_filter(planned, lens, sensor)
     return _with_psf(planned, lens, sensor, floor, draws_lamps)
 
@@ -209,7 +212,7 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         planned,
         psf=psf,
         psf_skipped=skipped,
-        lamps=lamps,
+        lamps=planned.lamps if psf is None else lamps,
         defocus=defocus,
         sampling_error=sampled,
         lamp_error=undrawn,

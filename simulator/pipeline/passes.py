@@ -193,6 +193,8 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) 
         work = work_of(tiles)
         methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
+    if optics.lamps is not None:
+        methods += f", {optics.lamps.count} lamps one by one"
     error = error_of(budget, BLUR, MOVING)
     return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms(work), scratch)
 

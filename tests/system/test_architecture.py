@@ -117,6 +117,7 @@ ORDER = {
         "passes",
         "optics_planning",
         "motion_planning",
+        "lamp_planning",
         "blur_planning",
         "optics_plan",
         "ray_reference",

@@ -62,21 +62,35 @@ def _borders(scale: float) -> int:
     return 4 if scale <= 1.0 else 2
 
 
-def spot_error(lamp: float) -> float:
-    """Error at the edge of a lamp's spot, which is so much brighter than the brightest light, in whose noise it counts.
+def spot_error(lamp: float, dark: float = 1.0) -> float:
+    """Error at the edge of a lamp's spot, which is so much brighter than the brightest light, in their noise.
 
     Half of the spot's light, over the growth of the noise by it. It bounds lamps of one scene pixel, for radii of 1.2 to 12
     photosites, 1 to 4 scene pixels per photosite and axis, and lamps of 200 to 20,000 times the light around them.
+
+    dark: light around the spot, as a share of the brightest light.
     """
-    return 0.5 * lamp / math.sqrt(1.0 + lamp)
+    return 0.5 * lamp / math.sqrt(dark + lamp)
 
 
-def rim_error(lamp: float, accuracy: Accuracy) -> float:
+def rim_share(scale: float, samples_per_axis: int) -> float:
+    """Share of a lamp's spot that falls beside it where samples mix the pixels of a scene, and all else is even.
+
+    A sample that a pixel of the side w covers by o has o / w of its light, and spreads it as a point or a square of 1 / n. At
+    a straight rim along the border of a photosite o n (1/n - o)^2 / 2w of the spot is beyond it, at most 2 / (27 w n^2); of a
+    point 1 / (16 w n^2). A bent rim leaves less.
+    """
+    return min(2.0 / 27.0 * max(scale, 1.0) / samples_per_axis**2, RIM_SHARE)
+
+
+def rim_error(lamp: float, accuracy: Accuracy, dark: float = 1.0, share: float = RIM_SHARE) -> float:
     """Error at the rim of a lamp's spot where nothing else is lit, so that it counts in the noise of the dark; else 0.
 
-    A share of the spot's light falls beside it. It bounds depth maps with steps and lamps of 100 to 10^7 e- over black.
+    A share of the spot's light falls beside it. RIM_SHARE bounds depth maps with steps and lamps of 100 to 10^7 e- over black.
+
+    dark: light around the spot, as a share of the brightest light. share: of the spot, as `rim_share`.
     """
     dark_e2 = max(accuracy.read_noise_e**2, 1.0)
-    if accuracy.electrons > dark_e2:
+    if dark * accuracy.electrons > dark_e2:
         return 0.0
-    return RIM_SHARE * lamp * math.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / dark_e2)
+    return share * lamp * math.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / dark_e2)

@@ -28,7 +28,14 @@ from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.edge_laws import nodes_error
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms, most_samples_per_axis
-from simulator.optics.defocus.lamp_laws import gathered_lamp_error, lamp_crossing_error, rim_error, spot_error
+from simulator.optics.defocus.lamp_laws import (
+    RIM_SHARE,
+    gathered_lamp_error,
+    lamp_crossing_error,
+    rim_error,
+    rim_share,
+    spot_error,
+)
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import ErrorTerm, Limit
 
@@ -105,7 +112,14 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
             left = nodes_error(min(blurred), own.largest_px, contrast.around, contrast.curvature)
         add("images of the aperture between radii that are tabulated", left, RAYS)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
-        spots = max(spot_error(contrast.lamp), rim_error(contrast.lamp, accuracy))
+        ends = np.array([end for pair in ranges for end in pair if end > own.copied_px])
+        share = (
+            RIM_SHARE
+            if is_sloped or defocus.scale < 1.0 - 1e-6
+            else rim_share(defocus.scale, int(own.samples_per_axis(ends, ends).min()))
+        )
+        dark = contrast.around_lamps
+        spots = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share))
         add("edges of the spots of lamps", spots, FINER_SCENE)
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
     points = int(sample_count(wide_or_not, defocus).min())

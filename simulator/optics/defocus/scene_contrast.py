@@ -15,6 +15,8 @@ from simulator.scene.scene import Layer, Scene, is_depth_map
 
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
+MOST_LAMPS = 16  # brightest ones of a layer around which its light is looked at
+FEW_LAMPS, FEW = 4, 4000  # pixels that may be lamps in scenes of so few that these count as the brightest light
 MOST_MIXED = 250_000  # places of a composite whose range is measured
 PARTS, PART_PX = 4, 40  # parts per axis of a large scene whose penumbrae are looked at, and their side [photosites]
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
@@ -32,6 +34,7 @@ class SceneContrast:
 
     curvature: second difference of the light between photosites. texture: the same, without the borders of layers and scene.
     lamp: light of the brightest blur spot of a single scene pixel that is LAMP times as bright as the brightest light.
+    around_lamps: least light around such a spot, at most 1: mean within its circle; 1: of bilinear light.
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
@@ -56,6 +59,7 @@ class SceneContrast:
     edges: tuple[float, ...] = (1.0,) * len(LITS)
     ends: float = 0.0
     flattened: float = 0.0
+    around_lamps: float = 1.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -67,14 +71,17 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     to_share = per_share * weights
     layers = list(zip(scene.layers, defocus.radii_px, strict=False))
     curvature, texture = np.max([_curvatures(layer, to_share, defocus) for layer, _ in layers], axis=0).tolist()
-    lamp = max(_brightest_spot(layer, to_share, radius, defocus.scale, defocus.accuracy.sharp_px) for layer, radius in layers)
+    spots = [_brightest_spot(scene, number, to_share, defocus) for number in range(len(layers))]
+    lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
     mixed, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0)
     is_exact = defocus.accuracy.detail or abs(defocus.scale - 1.0) < 1e-6
     ends = 0.0 if is_exact else _penumbra_ends(scene, to_share, defocus, curvature)
     behind = beside if defocus.guessed else 0.0
-    return SceneContrast(curvature, lamp, beside, behind, has_steps, texture, mixed, around, ends=ends)
+    return SceneContrast(
+        curvature, lamp, beside, behind, has_steps, texture, mixed, around, ends=ends, around_lamps=around_lamps
+    )
 
 
 def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
@@ -113,23 +120,58 @@ def _curvatures(layer: Layer, to_share: np.ndarray, defocus: Defocus) -> tuple[f
     return every, texture
 
 
-def _brightest_spot(layer: Layer, to_share: np.ndarray, radius_px: float | np.ndarray, scale: float, sharp_px: float) -> float:
-    """Light of a pixel above the brightest light, on the area of its blur circle: the largest of the layer.
+def _brightest_spot(scene: Scene, number: int, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
+    """Light of a pixel above the brightest light, on the area of its blur circle: the largest of a layer; and what is around.
 
-    sharp_px: blur radius up to which a pixel is copied.
+    Up to the blur radius `Accuracy.sharp_px` a pixel is copied. number: of the layer.
     """
-    bright = (layer.planes > 1.0 / np.maximum(to_share.sum(axis=1) * layer.planes.shape[2], 1e-30)).any(axis=2)
+    layer, radius_px, scale, sharp_px = scene.layers[number], defocus.radii_px[number], defocus.scale, defocus.accuracy.sharp_px
+    is_square = scale >= 1.0 - 1e-6  # light between coarser pixels is bilinear, and spots end softly (`SceneContrast.ends`)
+    most = _brightest_beside_lamps(layer, to_share) if is_square else 1.0
+    bright = (layer.planes > most / np.maximum(to_share.sum(axis=1) * layer.planes.shape[2], 1e-30)).any(axis=2)
     if isinstance(radius_px, np.ndarray):
         bright &= np.abs(radius_px) > sharp_px
     rows, columns = np.nonzero(bright)
     if not len(rows) or (not isinstance(radius_px, np.ndarray) and abs(radius_px) <= sharp_px):
-        return 0.0
+        return 0.0, 1.0
     light = (layer.planes[rows, columns] @ to_share).max(axis=1)
-    light = np.where(light > LAMP, light, 0.0)
-    own = radius_px[rows, columns] if isinstance(radius_px, np.ndarray) else radius_px
-    spot_px = math.pi * np.maximum(np.abs(own), 0.5) ** 2
+    light = np.where(light > LAMP * most, light, 0.0)
+    own = np.abs(radius_px[rows, columns] if isinstance(radius_px, np.ndarray) else np.full(len(rows), radius_px))
+    spot_px = math.pi * np.maximum(own, 0.5) ** 2
     narrow = min(scale, 1.0 / scale) ** 2  # a pixel wider than a photosite has soft edges, one that is narrower little light
-    return narrow * float((np.maximum(light - 1.0, 0.0) / spot_px).max())
+    spots = narrow * np.maximum(light - most, 0.0) / spot_px
+    if not is_square:
+        return float(spots.max()), 1.0
+    brightest = np.argsort(-spots, kind="stable")[:MOST_LAMPS]
+    brightest = brightest[spots[brightest] > 0.1 * spots.max()]
+    places = zip(rows[brightest].tolist(), columns[brightest].tolist(), own[brightest].tolist(), strict=True)
+    return float(spots.max()), min((_least_around(scene, to_share, scale, *place) for place in places), default=1.0)
+
+
+def _brightest_beside_lamps(layer: Layer, to_share: np.ndarray) -> float:
+    """Brightest light of a layer, at most 1, that of FEW_LAMPS left out where these are in its quantile."""
+    if layer.planes[..., 0].size >= FEW:
+        return 1.0
+    light = np.sort((layer.planes @ to_share).max(axis=2), axis=None)
+    return min(float(light[-FEW_LAMPS - 1 :][0]), 1.0)
+
+
+def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, column: int, radius_px: float) -> float:
+    """Least mean within a blur circle that touches that of a pixel, lamps left out, of layers at rest; at most 1."""
+    from scipy.ndimage import uniform_filter
+
+    reach, side = (math.ceil(factor * max(radius_px, 0.5) * scale) for factor in (2.0, math.sqrt(math.pi)))
+    size = scene.planes.shape[:2]
+    down, right = (
+        np.clip(np.arange(middle - reach, middle + reach + 1), 0, length - 1)
+        for middle, length in zip((row, column), size, strict=True)
+    )
+    light = _composite([_at(layer, np.ix_(down, right), to_share) for layer in scene.layers])
+    is_lamp = light >= LAMP
+    if is_lamp.all():
+        return 1.0
+    light[is_lamp] = light[~is_lamp].mean()
+    return min(max(float(uniform_filter(light, (side, side, 1), mode="nearest").min()), 0.0), 1.0)
 
 
 def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:

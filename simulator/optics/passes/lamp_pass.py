@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.device import Buffer, Device
+from simulator.optics.defocus.lamp_images import DefocusedSpots, drawn_spots
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.field_psf import FieldPsf
@@ -38,19 +39,28 @@ def take_lamps(optics: OpticsPlan, device: Device, planes: Buffer) -> None:
 
 def add_lamps(optics: OpticsPlan, device: Device, light: Buffer) -> Buffer:
     """Device buffer (height, width) float32: the mosaic `light` with the image of each lamp."""
-    lamps, psf, frame = optics.lamps, optics.psf, optics.window
-    assert lamps is not None and psf is not None  # without them this pass does not run
+    lamps, frame = optics.lamps, optics.window
+    assert lamps is not None  # without them this pass does not run
     _, excess = lamps.split(optics.scene.planes, optics.weights)
     projection, drawn = optics.projection, np.zeros((frame.height, frame.width))
-    every = [
-        _on_sensor(np.arange(count), offset, projection.scale)[1]
-        for count, offset in ((projection.scene_height, projection.offset_y), (projection.scene_width, projection.offset_x))
-    ]
-    spots = LampSpots(psf, 1.0 / projection.scale, np.concatenate(every), is_tent=projection.is_bilinear)
+    spots = _spots(optics)
     for lamp in _placed(lamps, projection, frame, spots.reach_px):
         _draw(drawn, lamp, excess[lamp.number], optics, spots)
     found = device.download(light, drawn.shape, np.float32)
     return device.upload((drawn + found).astype(np.float32))
+
+
+def _spots(optics: OpticsPlan) -> LampSpots | DefocusedSpots:
+    """Images of lamps: behind the point spread function, or out of focus behind an ideal lens."""
+    projection = optics.projection
+    if optics.psf is None:
+        assert optics.defocus is not None  # lamps in focus are drawn behind a point spread function alone
+        return drawn_spots(optics.defocus, projection)
+    every = [
+        _on_sensor(np.arange(count), offset, projection.scale)[1]
+        for count, offset in ((projection.scene_height, projection.offset_y), (projection.scene_width, projection.offset_x))
+    ]
+    return LampSpots(optics.psf, 1.0 / projection.scale, np.concatenate(every), is_tent=projection.is_bilinear)
 
 
 @dataclass(frozen=True)
@@ -90,7 +100,7 @@ def _on_sensor(pixels: np.ndarray, offset: float, scale: float) -> tuple[np.ndar
     return middle // PLACES, (middle % PLACES) / PLACES
 
 
-def _draw(drawn: np.ndarray, lamp: _Placed, excess: np.ndarray, optics: OpticsPlan, spots: LampSpots) -> None:
+def _draw(drawn: np.ndarray, lamp: _Placed, excess: np.ndarray, optics: OpticsPlan, spots: LampSpots | DefocusedSpots) -> None:
     """Add a lamp to the light of a window, in place. excess: (channels,) its electron radiance."""
     frame, reach = optics.window, spots.reach_px
     top, left = (own - reach for own in lamp.photosite)
@@ -113,10 +123,10 @@ def _draw(drawn: np.ndarray, lamp: _Placed, excess: np.ndarray, optics: OpticsPl
 
 
 def _node_shares(
-    psf: FieldPsf, rows: range, columns: range
+    psf: FieldPsf | None, rows: range, columns: range
 ) -> list[tuple[tuple[int, int], np.ndarray | None, np.ndarray | None]]:
     """Nodes whose kernels photosites see, with the share of each row and of each column; None: 1."""
-    if psf.nodes == (1, 1):
+    if psf is None or psf.nodes == (1, 1):
         return [((0, 0), None, None)]
     down, across = (
         [(node, np.interp(places, nodes, one)) for node, one in enumerate(np.eye(len(nodes)))]

@@ -26,7 +26,12 @@ def still_mosaic(
     if tiles is not None:
         from simulator.optics.passes.defocused_mosaic import defocused_mosaic
 
-        return defocused_mosaic(tiles, optics.cfa, device, planes, progress)
+        if optics.lamps is None:
+            return defocused_mosaic(tiles, optics.cfa, device, planes, progress)
+        from simulator.optics.passes.lamp_pass import add_lamps, take_lamps
+
+        take_lamps(optics, device, planes[0])
+        return add_lamps(optics, device, defocused_mosaic(tiles, optics.cfa, device, planes, progress))
     if optics.defocus is not None:
         from simulator.optics.passes.reference_mosaic import reference_mosaic
 

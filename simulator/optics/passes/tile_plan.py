@@ -81,7 +81,10 @@ class TilePlan:
 
     def _threshold(self, times: float) -> np.ndarray | None:
         """`highlight_threshold` of the scene, which is the same for all windows of a frame."""
-        scene, weights = self.optics.scene, self.optics.weights
+        scene, weights, lamps = self.optics.scene, self.optics.weights, self.optics.lamps
+        if lamps is not None:  # drawn by themselves
+            key = "highlights of the rest", freeze((weights, lamps)), times
+            return scene.remember(key, lambda: highlight_threshold(lamps.without(scene, weights), weights, times))
         return scene.remember(("highlights", freeze(weights), times), lambda: highlight_threshold(scene, weights, times))
 
 

@@ -195,11 +195,15 @@ def test_a_crop_has_the_bits_of_the_frame():
 
 
 def test_tiles_that_a_lamp_reaches_take_more_rectangles_and_no_others():
-    """Tiles of 16 rows: a lamp beside a border between two of them reaches both. A crop has the bits of the frame."""
+    """Tiles of 16 rows: a lamp beside a border between two of them reaches both. A crop has the bits of the frame.
+
+    Behind blades, where lamps are not drawn by themselves.
+    """
+    blades = replace(LENS, aperture=Aperture(8, 12.0))
     for row, expected in ((24.5, [8, 32, 8]), (16.5, [32, 32, 8])):
         pixels = np.full([round(2.7 * side) for side in SHAPE], 0.5)
         pixels[round(2.7 * row), 60] = 1e4
-        shot = fine_shot(pixels, SHAPE, 0.4, 1000.0)
+        shot = fine_shot(pixels, SHAPE, 0.4, 1000.0, lens=blades)
         whole, planned = frame_radiance(shot)
         assert rectangles_of_tiles(planned.tiles).ravel().tolist() == expected
         crop, _ = frame_radiance(replace(shot, camera=replace(shot.camera, window=Window(7, 20, 30, 15))))
