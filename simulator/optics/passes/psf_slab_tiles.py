@@ -55,13 +55,26 @@ class BandNodes:
 
     def farthest(self, held: np.ndarray) -> np.ndarray:
         """Farthest reach of the kernels of light that is held (layers, tiles, parts, radii): (tiles, parts)."""
-        of_part = np.where(self.present[..., None, :], self.reach_px, 0).max(axis=-1)
-        return np.asarray((self.slabs(np.logical_or.reduce(held, axis=0)) * of_part).max(axis=-1, initial=0))
+        return np.asarray((self.slabs(np.logical_or.reduce(held, axis=0)) * self._part_reach_px).max(axis=-1, initial=0))
 
     def has_ringing(self, held: np.ndarray) -> np.ndarray:
         """Whether kernels of light that is held, as of `farthest`, ring: (tiles, parts)."""
-        of_part = (self.present[..., None, :] & self.rings).any(axis=-1)
+        if not self.rings.any():
+            return np.zeros(self.present.shape[:2], bool)
+        of_part = self._over_nodes(self.rings, np.logical_or)
         return np.asarray((self.slabs(np.logical_or.reduce(held, axis=0)) & of_part).any(axis=-1))
+
+    @cached_property
+    def _part_reach_px(self) -> np.ndarray:
+        """Farthest reach of each slab's kernels in each part, (tiles, parts, slabs)."""
+        return self._over_nodes(self.reach_px, np.maximum)
+
+    def _over_nodes(self, values: np.ndarray, join: np.ufunc) -> np.ndarray:
+        """Join values (slabs, node columns) of the nodes of each part, (tiles, parts, slabs)."""
+        found = np.zeros((*self.present.shape[:2], len(values)), values.dtype)
+        for present, of_column in zip(np.moveaxis(self.present, -1, 0), values.T, strict=True):
+            join(found, np.where(present[..., None], of_column, values.dtype.type(0)), out=found)
+        return found
 
     @property
     def occluding(self) -> np.ndarray:

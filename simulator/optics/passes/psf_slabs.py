@@ -156,11 +156,12 @@ class SlabGather:
         has_steps: bool,
     ) -> None:
         """Gather the selected parts (tiles, parts), those of one reach at a time."""
+        rings = nodes.has_ringing(around.held) if above is not None and selected.any() else selected
         for reach_px in np.unique(around.reach_px[selected]).tolist():
             same = selected & (around.reach_px == reach_px)
             bright = np.zeros(same.shape, bool)
             if above is not None:
-                bright = join_within(band, above, np.maximum, reach_px, STEP_PARTS) & nodes.has_ringing(around.held)
+                bright = join_within(band, above, np.maximum, reach_px, STEP_PARTS) & rings
             kernels = self._upload_kernels(reach_px, nodes.rows)
             for is_bright in (False, True):
                 chosen = same & (bright == is_bright)

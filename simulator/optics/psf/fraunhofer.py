@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Self
 
 import numpy as np
 
@@ -21,10 +22,22 @@ class Opening:
     """Shape of a pupil with the area of the unit disk.
 
     depth: distance of pupil points (x, y) from the edge, negative outside. reach: radius of the farthest corner.
+    blades: number of equal sides. corner_rad: angle of a corner, which lies on an axis of symmetry, from x towards y.
     """
 
     depth: Callable[[np.ndarray, np.ndarray], np.ndarray]
     reach: float = 1.0
+    blades: int = 0
+    corner_rad: float = 0.0
+
+    def with_corner(self, corner_rad: float) -> Self:
+        """Return the shape turned so that the corner lies at this angle."""
+        cosine, sine = math.cos(corner_rad - self.corner_rad), math.sin(corner_rad - self.corner_rad)
+
+        def depth(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+            return self.depth(cosine * x + sine * y, cosine * y - sine * x)
+
+        return replace(self, depth=depth, corner_rad=corner_rad)
 
 
 ROUND = Opening(lambda x, y: 1.0 - np.hypot(x, y))
@@ -68,31 +81,30 @@ def compute_psf(
 
 
 def _image(pupil: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Fourier transform of a pupil at places that are symmetric about 0, from half of each axis along which it is even.
+    """Fourier transform of a pupil at places that are symmetric about 0, of half of each axis along which it is even.
 
     A lens that is symmetric about its axis has a pupil that is even across the field.
     """
     is_even = [np.array_equal(pupil, np.flip(pupil, axis)) for axis in (0, 1)]
-    rows = _transform_columns(pupil, across, places, is_even[0])
-    half = _transform_columns(rows.T, across, places, is_even[1]).T
+    down, right = (places[len(places) // 2 :] if even else places for even in is_even)
+    half = _chirp_transform(_chirp_transform(pupil, across, down).T, across, right).T
     below = np.concatenate([half[:0:-1], half]) if is_even[0] else half
     return np.concatenate([below[:, :0:-1], below], axis=1) if is_even[1] else below
 
 
-def _transform_columns(lines: np.ndarray, across: np.ndarray, places: np.ndarray, is_even: bool) -> np.ndarray:
-    """Fourier transform along the first axis, (places, lines) complex128; of even lines: at the places from 0 on."""
-    if not is_even:
-        return _chirp_transform(lines, across, places)
-    half, middle = len(across) // 2, len(places) // 2
-    wave = np.where(across[half:] == 0.0, 1.0, 2.0) * np.cos(2.0 * math.pi * np.outer(places[middle:], across[half:]))
-    parts = np.ascontiguousarray(lines[half:], np.complex128).view(np.float64)
-    return np.asarray((wave @ parts).view(np.complex128))
-
-
 def _cell_means(density: np.ndarray, finer: int) -> np.ndarray:
-    """Means of a band-limited density over cells of finer x finer samples."""
-    means = _mean_matrix(len(density), finer)
-    return np.asarray(means @ density @ means.T)
+    """Means of a periodic band-limited density over cells of finer x finer samples."""
+    return _line_means(_line_means(density, finer).T, finer).T
+
+
+def _line_means(lines: np.ndarray, finer: int) -> np.ndarray:
+    """Means along the last axis, (lines, samples / finer): frequencies that its cells cannot tell apart are added."""
+    from scipy import fft
+
+    response = _mean_response(lines.shape[-1], finer)
+    spectrum = np.asarray(fft.fft(lines)) * response
+    folded = spectrum.reshape(len(lines), finer, -1).sum(axis=1)
+    return np.asarray(fft.ifft(folded)).real / finer
 
 
 def _chirp_transform(lines: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -113,10 +125,10 @@ def _chirp_transform(lines: np.ndarray, across: np.ndarray, places: np.ndarray) 
 
 
 @lru_cache(maxsize=8)
-def _mean_matrix(count: int, finer: int) -> np.ndarray:
-    """Matrix of one axis from samples of a periodic band-limited function to its means over cells, (count / finer, count)."""
-    response = np.fft.ifft(np.sinc(np.fft.fftfreq(count) * finer)).real
-    return np.asarray(response[(np.arange(finer // 2, count, finer)[:, None] - np.arange(count)) % count])
+def _mean_response(count: int, finer: int) -> np.ndarray:
+    """Transfer from samples of a band-limited function to its means over cells around every finer-th, (count,) complex."""
+    frequency = np.fft.fftfreq(count)
+    return np.asarray(np.sinc(frequency * finer) * np.exp(2j * math.pi * frequency * (finer // 2)))
 
 
 def _pupil(wavefront_error_um: WavefrontError, wavelength_um: float, periods: float, opening: Opening) -> np.ndarray:

@@ -271,7 +271,9 @@ def _channel_light(scene: Scene, camera: Camera) -> np.ndarray:
 
 def _opening(pupil: Pupil) -> Opening:
     """Shape of the pupil for wave optics."""
-    return ROUND if pupil == Pupil() else Opening(pupil.depth, pupil.corner_radius)
+    if pupil == Pupil():
+        return ROUND
+    return Opening(pupil.depth, pupil.corner_radius, pupil.blades or 0, math.radians(pupil.rotation_deg))
 
 
 def _varies_over_field(lens_psf: WavefrontPsf | PsfTable | None) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.optics.psf.fraunhofer import odd
+from simulator.optics.psf.fraunhofer import ROUND, Opening, odd
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
@@ -18,13 +18,16 @@ FINEST_CELLS = 5  # per photosite and axis, of computed kernels
 SAMPLES = 3  # per photosite and axis, of kernels that are rotated
 PASSED, STOPPED = 1.0, 1.45  # spatial frequencies that they keep, and lose [cycles per photosite]
 FIELD_STEPS = 8  # of the computed field radii, from the centre to the corner
+BLADE_STEPS = (0, 2, 4, 6, 8)  # of these, at which what blades change is computed
+BLADE_TURNS = 4  # angles between field and blades at which it is, over the angle from one corner to the next
 CUBIC = 4  # nodes of an interpolation
 
 
 @dataclass(frozen=True)
 class RotatedKernels:
-    """Kernels of a lens without parts that are fixed to the picture's axes, or on the axis only.
+    """Kernels of a lens whose wavefront turns with the field, or on the axis only.
 
+    Blades do not turn with the field: what they change of the kernels of a round pupil is interpolated over their angle to it.
     lens_psf: its size and cells are not used. radii_px: blur radii at which it is computed, ascending [photosites].
     varies: whether kernels differ over the field.
     margin: around the geometric rays [lambda N]; a fraction of 0.2 / margin of the light lies beyond.
@@ -55,6 +58,12 @@ class RotatedKernels:
         """
         return self.photosites(self.samples(field_xy))
 
+    def computed_kernels(self, field_xy: tuple[float, float]) -> np.ndarray:
+        """`kernels` by wave optics at this place, without interpolation."""
+        return self.photosites(
+            np.stack([self._samples(radius_px, field_xy, self.lens_psf.opening) for radius_px in self.radii_px])
+        )
+
     def photosites(self, samples: np.ndarray) -> np.ndarray:
         """Response of photosites to the light of `samples`, (..., size, size)."""
         down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.cells, self.lens_psf.pitch_um)
@@ -63,38 +72,70 @@ class RotatedKernels:
     def samples(self, field_xy: tuple[float, float]) -> np.ndarray:
         """Light of a point at the computed radii, SAMPLES per photosite and axis: (radii, channels, samples, samples)."""
         height, angle_rad = math.hypot(*field_xy), math.atan2(field_xy[1], field_xy[0])
-        fine = self._at_field(height)
+        fine = self._at_field(height, angle_rad)
         count = fine.shape[-1]
-        if height > 0.0 and self.varies:
+        if self.varies:
             turned = _rotation(count, round(angle_rad, 12)) @ fine.reshape(-1, count * count).T
             fine = turned.T.reshape(fine.shape)
         return fine
 
-    def _at_field(self, height: float) -> np.ndarray:
-        """Samples of the kernels at a field radius on the x axis, coefficients of cubic splines where `varies`."""
+    @property
+    def has_blades(self) -> bool:
+        """Whether blades stand at an angle to the field."""
+        return self.varies and self.lens_psf.opening.blades > 0
+
+    def _at_field(self, height: float, angle_rad: float) -> np.ndarray:
+        """Samples of the kernels at a field radius on the x axis, coefficients of cubic splines where `varies`.
+
+        angle_rad: of the field, by which the picture is turned.
+        """
         if not self.varies:
             return self._fine(0)
         place = min(height, 1.0) * FIELD_STEPS
         numbers, weights = lagrange_weights(np.arange(-1.0, FIELD_STEPS + 1.0), place)
-        parts = (weight * self._fine(int(number) - 1) for number, weight in zip(numbers, weights, strict=True) if weight)
+        parts = [weight * self._fine(int(number) - 1) for number, weight in zip(numbers, weights, strict=True) if weight]
+        if self.has_blades:
+            beside, along = lagrange_weights(np.array(BLADE_STEPS, float), place)
+            turns = _turn_weights(self.lens_psf.opening.blades * (self.lens_psf.opening.corner_rad - angle_rad))
+            for number, weight in zip(beside, along, strict=True):
+                changes = self._blade_change(BLADE_STEPS[number]) if weight else ()
+                parts += [weight * turn * change for turn, change in zip(turns, changes, strict=False) if abs(turn) > 1e-12]
         return np.asarray(sum(parts))
 
     def _fine(self, step: int) -> np.ndarray:
-        """Samples at a computed field radius, (radii, channels, samples, samples); -1: beyond the centre, mirrored."""
+        """Samples at a computed field radius, (radii, channels, samples, samples); -1: beyond the centre, mirrored.
+
+        Where `varies` those of a round pupil.
+        """
         if step < 0:
             return self._fine(-step)[..., ::-1]
         if step not in self._made:
-            made = np.stack([self._samples(radius_px, step / FIELD_STEPS) for radius_px in self.radii_px])
-            self._made[step] = _spline_coefficients(made) if self.varies else made
+            self._made[step] = self._computed(step, ROUND if self.has_blades else self.lens_psf.opening)
         return self._made[step]
 
-    def _samples(self, radius_px: float, height: float) -> np.ndarray:
+    def _blade_change(self, step: int) -> np.ndarray:
+        """What blades change at a computed field radius, (BLADE_TURNS, radii, channels, samples, samples)."""
+        if step not in self._changes:
+            opening, turn_rad = self.lens_psf.opening, 2.0 * math.pi / (BLADE_TURNS * self.lens_psf.opening.blades)
+            ways = [self._computed(step, opening.with_corner(turn * turn_rad)) for turn in range(BLADE_TURNS // 2 + 1)]
+            ways += [way[..., ::-1, :] for way in ways[-2:0:-1]]  # the field has the blades' mirror image on its other side
+            self._changes[step] = np.stack(ways) - self._fine(step)
+        return self._changes[step]
+
+    def _computed(self, step: int, opening: Opening) -> np.ndarray:
+        """Samples of wave optics at a field radius; coefficients of cubic splines where `varies`."""
+        made = np.stack([self._samples(radius_px, (step / FIELD_STEPS, 0.0), opening) for radius_px in self.radii_px])
+        return _spline_coefficients(made) if self.varies else made
+
+    def _samples(self, radius_px: float, field_xy: tuple[float, float], opening: Opening) -> np.ndarray:
         size_px, cells = self._size_px(radius_px), self.cells
-        lens = replace(self.lens_psf, size_px=size_px, cells=cells)
-        fewer = _resampling(size_px, cells)
+        lens = replace(self.lens_psf, size_px=size_px, cells=cells, opening=opening)
         pad = SAMPLES * (self.size_px - size_px) // 2
         channels = range(len(lens.wavelengths_nm))
-        found = [fewer @ lens.cell_kernel(channel, radius_px, (height, 0.0)) @ fewer.T for channel in channels]
+        found = []
+        for channel in channels:
+            across = _resampled(lens.cell_kernel(channel, radius_px, field_xy), size_px, cells)
+            found.append(_resampled(across.T, size_px, cells).T)
         return np.pad(np.stack(found), ((0, 0), (pad, pad), (pad, pad)))
 
     def _size_px(self, radius_px: float) -> int:
@@ -108,6 +149,18 @@ class RotatedKernels:
     def _made(self) -> dict[int, np.ndarray]:
         return {}
 
+    @cached_property
+    def _changes(self) -> dict[int, np.ndarray]:
+        return {}
+
+
+def _turn_weights(angle_rad: float) -> np.ndarray:
+    """Weights (BLADE_TURNS,) of values at even steps of a turn, of the Fourier series through them at an angle."""
+    steps = 2.0 * math.pi / BLADE_TURNS * np.arange(BLADE_TURNS)
+    terms = [np.cos(order * (angle_rad - steps)) for order in range(1, BLADE_TURNS // 2)]
+    last = math.cos(BLADE_TURNS // 2 * angle_rad) * np.cos(BLADE_TURNS // 2 * steps)
+    return np.asarray((1.0 + 2.0 * sum(terms) + last) / BLADE_TURNS)
+
 
 def lagrange_weights(nodes: np.ndarray, place: float) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the CUBIC nodes around a place, or of all if there are fewer, and their weights; nodes ascend."""
@@ -117,16 +170,26 @@ def lagrange_weights(nodes: np.ndarray, place: float) -> tuple[np.ndarray, np.nd
     return first + np.arange(len(near)), np.array(weights)
 
 
+def _resampled(light: np.ndarray, size_px: int, cells: int) -> np.ndarray:
+    """Samples of light in cells (lines, cells * size_px) along its last axis, (lines, SAMPLES * size_px).
+
+    They have the same sum, and no fine detail: frequencies of twice the size that the samples keep.
+    """
+    from scipy import fft
+
+    turns = _kept_turns(size_px, cells)
+    last, period = len(turns) - 1, 2 * size_px
+    spectrum = np.asarray(fft.rfft(light, cells * period))[:, : last + 1] * turns
+    return np.asarray(fft.irfft(spectrum, SAMPLES * period))[:, : SAMPLES * size_px]
+
+
 @lru_cache(maxsize=32)
-def _resampling(size_px: int, cells: int) -> np.ndarray:
-    """Samples of light in cells, (SAMPLES * size_px, cells * size_px), of the same sum and without fine detail."""
-    period = 2 * size_px
-    frequency = np.arange(-round(STOPPED * period), round(STOPPED * period) + 1) / period
+def _kept_turns(size_px: int, cells: int) -> np.ndarray:
+    """What is kept of frequencies from 0 on by the samples of `_resampled`, whose first lies elsewhere than the first cell."""
+    frequency = np.arange(round(STOPPED * 2 * size_px) + 1) / (2 * size_px)
     kept = np.clip((STOPPED - np.abs(frequency)) / (STOPPED - PASSED), 0.0, 1.0)
-    kept = 0.5 - 0.5 * np.cos(math.pi * kept)
-    into, out = (np.arange(count * size_px) - 0.5 * (count * size_px - 1) for count in (cells, SAMPLES))
-    back, ahead = (np.exp(2j * math.pi * np.outer(places, frequency)) for places in (out / SAMPLES, -into / cells))
-    return np.ascontiguousarray(((back * kept) @ ahead.T).real) / (SAMPLES * period)
+    shift_px = 0.5 * (cells * size_px - 1) / cells - 0.5 * (SAMPLES * size_px - 1) / SAMPLES
+    return np.asarray((0.5 - 0.5 * np.cos(math.pi * kept)) * np.exp(2j * math.pi * shift_px * frequency))
 
 
 def _spline_coefficients(samples: np.ndarray) -> np.ndarray:

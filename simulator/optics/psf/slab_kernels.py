@@ -12,11 +12,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from simulator.optics.psf.field_psf import RINGING, SLAB_PX, FieldPsf, has_fixed_orientation
-from simulator.optics.psf.fraunhofer import odd
+from simulator.optics.psf.field_psf import RINGING, SLAB_PX, FieldPsf
+from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.gather_kernels import positive_too
 from simulator.optics.psf.kernel_split import CELLS, Core, fit_tail, fits_tail, gather_table
-from simulator.optics.psf.rotated_kernels import RotatedKernels, lagrange_weights
+from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, SAMPLES, RotatedKernels, lagrange_weights
 from simulator.optics.psf.smooth_cores import ShownKernel, core_matrix
 from simulator.optics.psf.visibility import DARK_SHARE, Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
@@ -31,8 +31,10 @@ STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur rad
 FINER = (2, 4)  # slabs in place of one of `slab_radii_px`
 FINEST = 4  # blur radii at which light is counted, in place of one of the slabs
 HELD_BYTES = 1 << 27  # of tables that are kept
+MOST_BYTES = 1 << 29  # of what blades change
 MOST_NODES = 41  # along the sensor's longer side
 HEIGHTS = (0.125, 0.75)  # field radii at which the error of interpolation is measured
+BLADE_HEIGHTS = (0.125, 0.875)  # and that of what blades change, between the places where it is computed
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     """Return a PSF by distance with the slabs, nodes and core by which the device gathers it; the same PSF where it cannot."""
     lens = psf.lens_psf
     fits = psf.by_distance and psf.over == 1 and len(psf.radii_px) > 1
-    if not fits or not isinstance(lens, WavefrontPsf) or (psf.nodes != (1, 1) and has_fixed_orientation(lens)):
+    if not fits or not isinstance(lens, WavefrontPsf) or (psf.nodes != (1, 1) and lens.aberrations.has_fixed_orientation):
         return psf
     wide = _widened(list(psf.radii_px))
     ends, lens_numbers = (wide[0], wide[-1]), (lens.aberrations, lens.f_number, lens.pitch_um)
@@ -101,14 +103,19 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     fitting = [cell_px for cell_px in CELLS if fits_tail(psf.reach_px, cell_px)]
     if not fitting or not reach_px:
         return psf
+    turned = _blade_error(_Keyed(psf.key, psf), seen)
+    if turned > STEP_SHARE * seen.allowed:
+        return psf
     finer, nodes, between = _choose_steps(_Keyed(psf.key, psf), seen)
     radii_px = _widened(finer_radii(psf, finer))
-    if len(radii_px) > MOST_SLABS:
+    if len(radii_px) > MOST_SLABS or (
+        lens.opening.blades and psf.nodes != (1, 1) and _blade_bytes(lens, radii_px, own_px) > MOST_BYTES
+    ):
         return psf
     # A tail on finer cells costs more, and lets cores be smaller.
     cell_px = min(fitting, key=lambda cell_px: _make_tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
     psf = replace(psf, radii_px=tuple(radii_px), nodes=nodes)
-    error = 2.0 * seen.allowed_dark + max(between, 2.0 * STEP_SHARE * seen.allowed)
+    error = 2.0 * seen.allowed_dark + max(between, 2.0 * STEP_SHARE * seen.allowed) + turned
     return psf.with_core(Core(reach_px, reach_px, cell_px, error), seen)
 
 
@@ -149,10 +156,10 @@ def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], f
     """
     psf = of.psf
     assert isinstance(psf.lens_psf, WavefrontPsf)  # plan_slabs asks for no other
-    lens = replace(psf.lens_psf, wavelengths_nm=psf.lens_psf.wavelengths_nm[:1])
-    radii = psf.radii_px
+    radii, varies = psf.radii_px, psf.nodes != (1, 1)
+    lens = _of_one_color(psf.lens_psf)
+    lens = replace(lens, opening=ROUND) if varies else lens
     few = [slab for slab in range(1, len(radii)) if psf.is_continuous(slab)]
-    varies = psf.nodes != (1, 1)
     between, beside = 0.0, 0.0
     for slab in few[:: max(1, len(few) // 2)]:
         step_px, middle_px = (radii[slab] - radii[slab - 1]) / FINER[0], 0.5 * (radii[slab - 1] + radii[slab])
@@ -180,6 +187,32 @@ def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], f
     return finer, (rows, columns), between + left
 
 
+def _blade_bytes(lens: WavefrontPsf, radii_px: list[float], reach_px: int) -> int:
+    """Memory of what blades change, of kernels with this reach."""
+    samples = len(radii_px) * len(lens.wavelengths_nm) * (SAMPLES * (2 * reach_px + 1)) ** 2
+    return 8 * BLADE_TURNS * len(BLADE_STEPS) * samples
+
+
+@lru_cache(maxsize=8)
+def _blade_error(of: _Keyed, seen: Visibility) -> float:
+    """Error of interpolating what blades change, at the ends of the blur radii, as far as can be from where it is computed."""
+    psf, lens = of.psf, of.psf.lens_psf
+    assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
+    opening, found = lens.opening, 0.0
+    if psf.nodes == (1, 1) or not opening.blades:
+        return 0.0
+    turned = opening.with_corner(math.pi / (BLADE_TURNS * opening.blades))  # the field is along x, and kernels are not turned
+    lens = replace(_of_one_color(lens), opening=turned)
+    for radius_px, height in itertools.product(psf.radii_px[:: len(psf.radii_px) - 1], BLADE_HEIGHTS):
+        made = RotatedKernels(lens, psf.sampling, (radius_px,), True, margin_of(seen))
+        found = max(found, seen.error((made.kernels((height, 0.0)) - made.computed_kernels((height, 0.0)))[0, 0]))
+    return found
+
+
+def _of_one_color(lens: WavefrontPsf) -> WavefrontPsf:
+    return replace(lens, wavelengths_nm=lens.wavelengths_nm[:1])
+
+
 def slab_kernels_of(psf: FieldPsf, channels: int) -> SlabKernels:
     """Kernels of a PSF of `plan_slabs`; those of the last few are kept."""
     return _made(_Keyed((*psf.key, psf.core, psf.seen), psf), channels)
@@ -203,28 +236,34 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
 
     zones = _reaches(psf, tables)
     rows, columns = psf.nodes
+    mirrors = not source.has_blades  # light falls alike in mirrored places
     quarter: dict[tuple[int, int, int], np.ndarray] = {}
-    for row, column in itertools.product(range((rows + 1) // 2), range((columns + 1) // 2)):
+    for row, column in itertools.product(*(range((count + 1) // 2 if mirrors else count) for count in psf.nodes)):
         place = psf.field_xy(row, column)
         for number, (table, (reach_px, taper_px)) in enumerate(
             zip(tables(place).cores, zones[_zone(place)].tolist(), strict=True)
         ):
             quarter[number, row, column] = _cut(table, reach_px, taper_px, light, psf.seen)[None]
     rings = np.zeros((len(psf.radii_px), rows, columns), bool)
-    for (number, row, column), core in quarter.items() if psf.highlight_limits else ():
-        rings[number, [[row], [rows - 1 - row]], [column, columns - 1 - column]] = _rings(core[0], smooth, psf.seen)
+    for node in {place[1:]: None for place in quarter} if psf.highlight_limits else ():
+        own = _rings([quarter[number, *node][0] for number in range(len(rings))], smooth, psf.seen)
+        rings[np.ix_(range(len(rings)), *_mirrored(node, psf.nodes, mirrors=mirrors))] = own[:, None, None]
     if rings.any():
         quarter = {place: _with_highlights(core[0]) for place, core in quarter.items()}
     reach, cores = np.zeros((len(psf.radii_px), rows, columns), int), {}
     for (number, row, column), core in quarter.items():
-        for down, flip_y in {rows - 1 - row: -1, row: 1}.items():  # light falls alike in mirrored places
-            for across, flip_x in {columns - 1 - column: -1, column: 1}.items():
-                reach[number, down, across] = core.shape[-1] // 2
-                cores[number, down, across] = core[:, :, ::flip_y, ::flip_x]
+        for down, across in itertools.product(*_mirrored((row, column), psf.nodes, mirrors=mirrors)):
+            reach[number, down, across] = core.shape[-1] // 2
+            cores[number, down, across] = core[:, :, :: 1 if down == row else -1, :: 1 if across == column else -1]
     tail = tail.astype(np.float32)[None, None]
     apart = [slab for slab in range(len(psf.radii_px)) if not psf.is_continuous(slab)]
     starts = np.array(apart)[np.searchsorted(apart, np.arange(len(psf.radii_px)), side="right") - 1]
     return SlabKernels(np.array(psf.radii_px), starts, reach, cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
+
+
+def _mirrored(node: tuple[int, int], nodes: tuple[int, int], *, mirrors: bool) -> list[list[int]]:
+    """Rows and columns of the nodes that have a node's kernel or a mirror image of it."""
+    return [sorted({one, count - 1 - one} if mirrors else {one}) for one, count in zip(node, nodes, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -357,13 +396,14 @@ def _make_tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _
     raise AssertionError("the last core is taken")
 
 
-def _rings(core: np.ndarray, smooth: np.ndarray, seen: Visibility) -> bool:
-    """Whether the negative values of a core with its tail exceed RINGING of its light in any channel.
+def _rings(cores: list[np.ndarray], smooth: np.ndarray, seen: Visibility) -> np.ndarray:
+    """Whether the negative values of cores with their tail exceed RINGING of their light in any channel, (cores,) bool.
 
-    core: (channels, taps, taps). smooth: (channels, size, size) what the tail gives. In smooth light those count that show.
+    cores: (channels, taps, taps) each. smooth: (channels, size, size) what the tail gives. In smooth light
     """
-    half = max(smooth.shape[-1], core.shape[-1]) // 2
-    spare, beside = (2 * [2 * [half - one.shape[-1] // 2]] for one in (core, smooth))
-    whole = np.pad(core, ((0, 0), *spare)) + np.pad(smooth, ((0, 0), *beside))
-    shown = np.stack([seen.spread(one) for one in whole]) if seen.is_smooth else whole
-    return bool((-np.minimum(shown, 0.0).sum(axis=(1, 2)) > RINGING * whole.sum(axis=(1, 2))).any())
+    half = max(smooth.shape[-1], *(core.shape[-1] for core in cores)) // 2
+    spares = (2 * [2 * [half - one.shape[-1] // 2]] for one in (*cores, smooth))
+    *padded, beside = (np.pad(one, ((0, 0), *spare)) for one, spare in zip((*cores, smooth), spares, strict=True))
+    whole = np.stack(padded) + beside
+    shown = seen.spread(whole) if seen.is_smooth else whole
+    return np.asarray((-np.minimum(shown, 0.0).sum(axis=(-2, -1)) > RINGING * whole.sum(axis=(-2, -1))).any(axis=-1))

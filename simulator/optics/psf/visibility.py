@@ -39,9 +39,13 @@ class Visibility:
         return self.allowed * (COARSE_SHARE if self.is_smooth else DARK_SHARE)
 
     def spread(self, rest: np.ndarray) -> np.ndarray:
-        """What a difference of kernels (size, size) makes of a single scene pixel, divided by the pixel's light; wider."""
-        tent = _tents(len(rest), 1.0 / min(self.scale, 1.0))
-        return np.asarray(tent @ rest @ tent.T)
+        """What a difference of kernels (..., size, size) makes of a single scene pixel, divided by the pixel's light; wider."""
+        tent = _tents(rest.shape[-1], 1.0 / min(self.scale, 1.0))
+        if rest.ndim == 2:
+            return np.asarray(tent @ rest @ tent.T)
+        across = rest.reshape(-1, rest.shape[-1]) @ tent.T  # all together, in two products
+        found = across.reshape(*rest.shape[:-1], -1).swapaxes(-2, -1).reshape(-1, rest.shape[-1]) @ tent.T
+        return np.asarray(found.reshape(*rest.shape[:-2], len(tent), len(tent)).swapaxes(-2, -1))
 
     def error(self, rest: np.ndarray) -> float:
         """Error that a difference of kernels (size, size) makes, as a share of the brightest light; see `visible_error`.

@@ -21,6 +21,7 @@ from simulator.optics.passes.psf_mosaic import psf_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.slab_kernels import slab_kernels_of
+from simulator.optics.pupil.pupil import Aperture
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
@@ -74,10 +75,11 @@ def test_smooth_light_of_each_wall_has_the_exact_blur():
         assert np.quantile(np.abs(off_e), 0.999) < 0.1 * math.sqrt(BRIGHTEST_E)
 
 
-def test_kernels_vary_over_the_field():
+@pytest.mark.parametrize("aperture", [None, pytest.param(Aperture(blades=9, rotation_deg=11.0), marks=pytest.mark.slow)])
+def test_kernels_vary_over_the_field(aperture):
     """Coma, on a frame as wide as its field: photosites against exact kernels of their places; a window has the same bits."""
     planes = contrasts()
-    through = thin_lens(8.0, Aberrations(spherical_um=0.2, coma_um=0.3))
+    through = dataclasses.replace(thin_lens(8.0, Aberrations(spherical_um=0.2, coma_um=0.3)), aperture=aperture)
     shot = shot_of(planes, through, depth_map(through, 1.0, 1.5))
     psf, found = plan(shot).optics.psf, simulate(shot).mean_electrons.astype(np.float64)
     assert psf.is_gathered_by_distance and psf.nodes != (1, 1)
