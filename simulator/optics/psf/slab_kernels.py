@@ -399,7 +399,8 @@ def _make_tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _
 def _rings(cores: list[np.ndarray], smooth: np.ndarray, seen: Visibility) -> np.ndarray:
     """Whether the negative values of cores with their tail exceed RINGING of their light in any channel, (cores,) bool.
 
-    cores: (channels, taps, taps) each. smooth: (channels, size, size) what the tail gives. In smooth light
+    cores: (channels, taps, taps) each. smooth: (channels, size, size) what the tail gives. In smooth light those count that
+    show.
     """
     half = max(smooth.shape[-1], *(core.shape[-1] for core in cores)) // 2
     spares = (2 * [2 * [half - one.shape[-1] // 2]] for one in (*cores, smooth))
