@@ -77,7 +77,8 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         found, planned = _with_joint_motion(planned, loaded, found, lens, sensor)
         scene = planned.scene
     flash = found[1] if len(found) > 1 else None
-    return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
+    planned = replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
+    return planned.with_moved_pixels() if planned.moves_pixels else planned
 
 
 def _usual_detail(planned: OpticsPlan, loaded: Scene, per_radiance: float, length_px: float) -> SceneDetail:

@@ -407,6 +407,18 @@ class OpticsPlan:
         motion = self.flash_motion if is_flash else self.motion
         return replace(self, weights=weights, veiling_glare=glare, motion=motion)
 
+    @property
+    def moves_pixels(self) -> bool:
+        """Whether the optics run at several places of the scene, whose pixels samples then do not divide."""
+        return any(motion is not None and motion.method == "instants" for motion in (self.motion, self.flash_motion))
+
+    def with_moved_pixels(self) -> Self:
+        """Return the plan of a scene whose pixels do not stay on the borders of samples."""
+        accuracy, defocus = replace(self.accuracy, whole_pixels=0), self.defocus
+        if defocus is not None:
+            defocus = replace(defocus, accuracy=accuracy, area=replace(defocus.area, whole_pixels=0))
+        return replace(self, accuracy=accuracy, defocus=defocus)
+
     def on_wider_photosites(self) -> Self:
         """Return the plan of the same blur on photosites twice as wide, which cover the window and one more on each side."""
         assert self.defocus is not None  # only a blur is computed on wider photosites

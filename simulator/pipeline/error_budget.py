@@ -98,7 +98,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     blur = optics.moving_blur
     if blur is None:
         terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=optics.projection.scale)
-    elif accuracy.tolerance == 0.0 and not optics.projection.whole_pixels(range(2, RAY_SAMPLES + 1)):
+    elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not optics.projection.whole_pixels(range(2, RAY_SAMPLES + 1))):
         terms += ray_terms(blur)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 from simulator.optics.defocus.aperture_kernel import clipped_weights, photosite_weights
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS
 from simulator.optics.defocus.field_pupil import CatsEyes
@@ -14,7 +14,7 @@ from simulator.scene.scene import Scene
 
 BRIGHT = 8.0  # threshold in units of the scene's mean radiance
 LAMP = 1e4  # the same, above which a sample leaves rounding errors in the running sums of its columns
-SMALLEST_PX = 1.0  # blur radius from which dots would be visible [photosites]
+SMALLEST_PX = 1.0  # blur radius from which dots would be visible [photosites], of lamps at any radius
 CAPPED = 0.99  # quantile of the radiance at which the brightest samples count for the mean, so that no lamp hides another
 _SAMPLES = 400  # places per axis at which that mean is taken
 STEEPEST = 0.9  # largest change of the radius between photosites of one surface
@@ -73,14 +73,25 @@ class Highlights:
         return Highlights(*(values[..., kept] for values in vars(self).values()))
 
 
+def shows_dots(highlights: Highlights, accuracy: Accuracy) -> np.ndarray:
+    """Whether each highlight would show as separate dots: those of large circles, and all lamps (LAMP_PEAK), in focus or not.
+
+    A slab is read up to half of its width aside of the circle of its light, and a point of the aperture that meets a lamp is
+    seen beside a spot as small as the photosite, too.
+    """
+    lamp = highlights.excess.max(axis=0) > LAMP_PEAK * accuracy.brightest
+    return (np.abs(highlights.radii_px) > SMALLEST_PX) | (lamp & (accuracy.brightest > 0.0))
+
+
 def select_brightest(highlights: Highlights, samples_per_axis: int, first_row: int) -> Highlights:
-    """Select the brightest highlights, at most MOST_PER_CELL in each cell of the sensor.
+    """Select the brightest highlights, at most MOST_PER_CELL in each cell of the sensor, and as many of those in small circles.
 
     samples_per_axis: samples per photosite. first_row: row of the sensor at the band's first row;
         the band's first column lies on a cell's border.
     """
     cell = samples_per_axis * CELL_PX
     cells = (highlights.rows + samples_per_axis * first_row) // cell * (1 << 20) + highlights.columns // cell
+    cells = 2 * cells + (np.abs(highlights.radii_px) > SMALLEST_PX)
     order = np.lexsort((-highlights.excess.sum(axis=0), cells))
     _, first, index = np.unique(cells[order], return_index=True, return_inverse=True)
     return highlights.select(order[np.arange(len(order)) - first[index.reshape(-1)] < MOST_PER_CELL])

@@ -10,13 +10,13 @@ from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
 from simulator.optics.defocus.highlights import (
     BRIGHT,
     LAMP,
-    SMALLEST_PX,
     STEPS_PER_PX,
     Highlights,
     find_reaching,
     lamp_steps,
     radius_slopes,
     select_brightest,
+    shows_dots,
     spot_weights,
 )
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns, column_of
@@ -60,7 +60,7 @@ class HighlightPass:
         if lamps:
             self.steps_per_px = lamp_steps(self.highlights, band.samples_per_axis, band.defocus.accuracy)
         else:
-            visible = self.highlights.select(np.abs(self.highlights.radii_px) > SMALLEST_PX)
+            visible = self.highlights.select(shows_dots(self.highlights, band.defocus.accuracy))
             self.highlights = select_brightest(visible, band.samples_per_axis, first_row)
         self.lists = find_reaching(
             self.highlights, self._pupil, band.samples_per_axis, places[:, 1].astype(int), 2 * places[:, 0].astype(int)

@@ -57,17 +57,16 @@ def _sweep(optics: OpticsPlan, device: Device, planes: list[Buffer], window: Win
 def _at_rest(optics: OpticsPlan) -> OpticsPlan:
     """Return the plan of one opaque picture at rest, with the samples and the spots that what moves needs."""
     assert optics.motion is not None and optics.motion.blur is not None  # else nothing is swept before a blur
-    skew, psf = optics.motion.blur.spot_skew, optics.psf
-    accuracy, defocus = replace(optics.accuracy, whole_pixels=0), optics.defocus
+    skew, moved = optics.motion.blur.spot_skew, optics.with_moved_pixels()
+    defocus, psf = moved.defocus, optics.psf
     if defocus is not None:
-        area, pupil = replace(defocus.area, whole_pixels=0), replace(defocus.pupil, skew=skew)
-        defocus = replace(defocus, accuracy=accuracy, area=area, pupil=pupil)
+        defocus = replace(defocus, pupil=replace(defocus.pupil, skew=skew))
     if psf is not None and skew != UPRIGHT:
         psf = replace(psf, skew=skew)
     scene = optics.scene
     if optics.has_coverage or len(scene.layers) > 1:
         scene = replace(scene, coverage=None, behind=(), deep=None)
-    return replace(optics, scene=scene, accuracy=accuracy, defocus=defocus, psf=psf, motion=None, flash_motion=None)
+    return replace(moved, scene=scene, defocus=defocus, psf=psf, motion=None, flash_motion=None)
 
 
 def _on_samples(optics: OpticsPlan, window: Window, over: int) -> OpticsPlan:

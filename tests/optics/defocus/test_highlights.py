@@ -4,12 +4,16 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.camera_builders import small_camera
 from helpers.lens_error import z_scores
-from helpers.lens_frame import blurred_case, case_plan
+from helpers.lens_frame import LENS, blurred_case, case_plan, depth_of
 from helpers.lens_truths import Case
+from helpers.scene_builders import band_scene
 
 from simulator.device import open_device
+from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.highlights import (
     MOST_PER_CELL,
     Highlights,
@@ -20,7 +24,8 @@ from simulator.optics.defocus.highlights import (
 )
 from simulator.optics.pupil.pupil import Pupil
 from simulator.pipeline.execution import expose
-from simulator.pipeline.planner import measure
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
 from simulator.sensor.camera.camera import Window
 
 ROWS, COLUMNS, MARGIN, EDGE = 96, 192, 24, 110
@@ -125,6 +130,25 @@ def test_lamps_over_black_beside_an_edge_are_the_exact_disk():
     assert np.abs(z[:, : edge - 9 - MARGIN]).max() < 0.1
 
 
+@pytest.mark.parametrize("tolerance", [0.3, 0.1])
+def test_a_lamp_as_small_as_a_photosite_has_no_dots_beside_it(tolerance, device):
+    """Two surfaces that both lie near the focus, 1.25 photosites apart in radius: slabs are wider than the circle."""
+    side, scale, radius_px = 24, 3, 0.52
+    light, lamp = np.full((scale * side, scale * side), 0.5), (36, 60)
+    radius = np.where(np.arange(scale * side) < 37, -0.73, radius_px) * np.ones_like(light)
+    light[lamp] = 4000.0
+    scene = band_scene(0.01 * light, np.asarray(depth_of(radius)))
+    planned = measure(plan(Shot(scene, LENS, Exposure(0.001), small_camera(side, side), tolerance=tolerance)), device)
+    assert planned.tiles.shares()[Method.OCCLUSION] > 0.0
+    found = device.download(expose(planned, device), (side, side), np.float32).astype(np.float64)
+    wall = np.median(found)
+    middles = np.mgrid[:side, :side] + 0.5
+    apart = [np.abs(own - (place + 0.5) / scale) - 0.5 - 0.5 / scale for own, place in zip(middles, lamp, strict=True)]
+    is_outside = np.hypot(*np.maximum(apart, 0.0)) > radius_px
+    assert np.abs(found / wall - 1.0)[is_outside].max() < 1e-4
+    assert (found / wall - 1.0).sum() == pytest.approx((4000.0 / 0.5 - 1.0) / scale**2, rel=0.01)
+
+
 def test_the_spot_of_a_lamp_on_a_tilted_surface_is_brighter_where_the_surface_recedes():
     """An area dp of a surface with the slope g fills (1 - g u) dp / s^2 of the aperture; 0.5 sigma of even light in it."""
     rows, slope = 160, 0.05
@@ -174,6 +198,10 @@ def test_the_brightest_of_each_cell_are_kept_wherever_the_band_begins():
     later = lights.select(lights.rows >= 32)
     later = dataclasses.replace(later, rows=later.rows - 32)
     assert set(select_brightest(later, 1, 32).excess[0]) == set(kept.excess[0][kept.rows >= 32])
+    mixed = dataclasses.replace(lights, radii_px=np.where(np.arange(200) % 2, 5.0, 0.5))
+    large = lights.select(np.arange(200) % 2 == 1)
+    both = select_brightest(mixed, 1, 0)  # small circles leave those of large ones their places
+    assert set(both.excess[0][both.radii_px > 1.0]) == set(select_brightest(large, 1, 0).excess[0])
 
 
 def test_a_highlight_reaches_the_blocks_that_its_spot_touches():
