@@ -89,13 +89,24 @@ def _usual_detail(planned: OpticsPlan, loaded: Scene, per_radiance: float, lengt
     few = 1.0 - (1.0 - BRIGHT) / (1.0 + length_px)
 
     def usual(measure: Callable[..., float], lit: float) -> float:
-        own = partial(measure, loaded, planned.weights, per_radiance, planned.accuracy, lit=lit)
-        return max(own(quantile=BRIGHT), own(quantile=few, has_lamps=False))
+        every = [
+            partial(measure, scene, planned.weights, per_radiance, planned.accuracy, lit=lit)
+            for scene in _seen_scenes(planned, loaded)
+        ]
+        return max(max(own(quantile=BRIGHT), own(quantile=few, has_lamps=False)) for own in every)
 
     edges, dark = (usual(scene_detail, lit) for lit in (LIT_SHARE, 0.0))
     if not _is_even(planned):
         return SceneDetail(edges, dark, 0.0, 0.0)
     return SceneDetail(edges, dark, *(usual(scene_bends, lit) for lit in (LIT_SHARE, 0.0)))
+
+
+def _seen_scenes(planned: OpticsPlan, loaded: Scene) -> list[Scene]:
+    """Return the scenes whose detail moving photosites see: the layers, and what is seen where one ends before another.
+
+    The edge of a dark layer before a bright one is a step in the noise of the dark, which neither layer has by itself.
+    """
+    return [loaded] if len(planned.scene.layers) == len(loaded.layers) else [loaded, planned.scene]
 
 
 def _is_even(planned: OpticsPlan) -> bool:
@@ -109,7 +120,10 @@ def _is_even(planned: OpticsPlan) -> bool:
 def _need(planned: OpticsPlan, loaded: Scene, per_radiance: float, detail: SceneDetail) -> MotionNeed:
     """Return what a scene of this detail asks of the instants of a motion before the lens blurs it."""
     accuracy, scale, edges = planned.accuracy, planned.projection.scale, detail.edges
-    texture = scene_detail(loaded, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE)
+    texture = max(
+        scene_detail(scene, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE)
+        for scene in _seen_scenes(planned, loaded)
+    )
     steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
     contrast = min(edges * max(scale, steepness), max(edges, 1.0))
     bends = _is_even(planned)
