@@ -312,3 +312,17 @@ def test_edges_of_a_dark_layer_before_a_bright_one_count_in_the_noise_of_the_dar
 def electrons_per_light(planned) -> float:
     """Electrons of a photosite of light 1."""
     return float(planned.optics.accuracy.electrons_per_radiance * planned.optics.weights.sum())
+
+
+def test_what_a_layer_shows_as_it_moves_counts_with_its_edges():
+    """A dark layer hides at rest all that is bright behind it; where it moves up its edge lies before that."""
+    dark, far = np.full((HEIGHT, WIDTH), 0.01, np.float32), np.full((HEIGHT, WIDTH), 0.02, np.float32)
+    cover = (np.arange(HEIGHT)[:, None] < 12) * np.ones(WIDTH, np.float32)
+    far[:12] = np.linspace(1.0, 0.02, 12)[:, None]
+    scene = band_scene(dark * cover, 2000.0, coverage=cover, behind=(Layer(far[..., None], 2400.0, None),))
+    counts = []
+    for down in (-8.0, 8.0):
+        moves = {0: LayerMotion((Speed(0.0, "px/s"), Speed(down / TIME_S, "px/s")))}
+        planned = plan_moving(replace(shot_of(WAYS["front"]), scene=scene, motion=Motion(layers=moves), tolerance=0.1))
+        counts.append(planned.optics.motion.count)
+    assert counts[0] > 1.2 * counts[1]  # it shows the bright half, or hides what is dark
