@@ -101,8 +101,8 @@ beside it. `benchmarks/stress/` has the cases, `python -m stress --help` (with `
 - Open: in such tiny frames of a pixel per photosite, where a blur of up to 0.3 photosites is left out, a lamp is off by up to
   0.27 σ at 100 e⁻ where 0.1 is promised.
 - The edge of a dark layer before a bright one is a step in the noise of the dark, which neither layer has by itself: 0.37 σ at
-  592 e⁻ in 15 instants where 0.1 is promised. What is seen of layers at rest counts, too
-  (`test_edges_of_a_dark_layer_before_a_bright_one_count_in_the_noise_of_the_dark`).
+  592 e⁻ in 15 instants where 0.1 is promised. What is seen of layers at rest and at the
+  end of their path counts, too (`test_edges_of_a_dark_layer_before_a_bright_one_count_in_the_noise_of_the_dark`).
 - Layers that a pan of half a photosite makes drift by less than counts are composited within photosites, right to 0.001 σ at
   5 e⁻; the means over photosites that `drifting_layers` compares are 0.6 σ from that, and are compared with means.
 - Open: behind kernels by distance the wide tail of the light is that of the sharp picture, which nothing occludes. Layers
