@@ -100,10 +100,11 @@ beside it. `benchmarks/stress/` has the cases, `python -m stress --help` (with `
   itself, 9.7 σ where 1.5 were stated (`test_a_lamp_that_is_the_brightest_light_of_a_tiny_frame_is_a_lamp`).
 - Open: in such tiny frames of a pixel per photosite, where a blur of up to 0.3 photosites is left out, a lamp is off by up to
   0.27 σ at 100 e⁻ where 0.1 is promised.
-- Open: a picture with holes that moves by 8.5 photosites before one that hardly moves, 592 e⁻ at the brightest, is off by
-  0.37 σ in 15 instants where 0.1 is promised (`swept_layers`), and by 0.12 σ at two pixels per photosite (`layer_phases`).
-- Open: layers that a pan of half a photosite makes drift, 0.002 photosites apart, differ from means over photosites by 0.53
-  σ at 5 e⁻ (`drifting_layers`); whether these means are what is to be expected there is not settled.
+- The edge of a dark layer before a bright one is a step in the noise of the dark, which neither layer has by itself: 0.37 σ at
+  592 e⁻ in 15 instants where 0.1 is promised. What is seen of layers at rest and at the
+  end of their path counts, too (`test_edges_of_a_dark_layer_before_a_bright_one_count_in_the_noise_of_the_dark`).
+- Layers that a pan of half a photosite makes drift by less than counts are composited within photosites, right to 0.001 σ at
+  5 e⁻; the means over photosites that `drifting_layers` compares are 0.6 σ from that, and are compared with means.
 - Open: behind kernels by distance the wide tail of the light is that of the sharp picture, which nothing occludes. Layers
   that hide each other lack the tail's share times the covariance of cover and light over it. Of two textured layers at 33 e⁻
   (`test_layers_out_of_focus_have_their_covariance`) the tail has 5.8, 3.7, 2.5 and 1.3 % at tolerances of 0.3, 0.1, 0.05 and

@@ -21,7 +21,7 @@ from simulator.scene.scene import Layer, Scene
 
 from .inputs import number, picture
 from .motion_cases import COLUMNS, DISTANCE_PX, PX_PER_DEGREE, ROWS, TIME_S, WAYS, WHY, outcome, shot_of
-from .search import Outcome, StressCase, promised_of
+from .search import Outcome, StressCase
 from .space import Choice, Domain, Inputs, Picture, Real
 
 INSTANTS = 600  # of the truth: up to a fiftieth of a photosite apart
@@ -58,7 +58,7 @@ def run_drift(device: Device, inputs: Inputs) -> Outcome:
     shot = shot_of(light[1], number(inputs, "electrons"), Motion(camera=camera))
     scene = band_scene(light[0] * cover, DRIFT_M[0], coverage=cover, behind=(Layer(light[1][..., None], DRIFT_M[1], None),))
     row_s = number(inputs, "row_s")
-    planned = plan_moving(replace(shot, scene=scene), rolling(ROWS, TIME_S, row_s))
+    planned = without_edges(plan_moving(replace(shot, scene=scene), rolling(ROWS, TIME_S, row_s)))  # truth is of means
     pictures = [(light[0] * cover, cover, DRIFT_M[0]), (light[1], None, DRIFT_M[1])]
     if len(planned.optics.scene.layers) == 1:  # both are seen alike, and composited as they are
         pictures = [(light[0] * cover + (1.0 - cover) * light[1], None, DRIFT_M[0])]
@@ -66,14 +66,7 @@ def run_drift(device: Device, inputs: Inputs) -> Outcome:
     truth = dense_mean(
         pictures, camera, planned.optics.projection, (ROWS, COLUMNS), DISTANCE_PX, opens, TIME_S, instants=INSTANTS
     )
-    return replace(outcome(planned, truth), promised_sigma=promised_of_means(planned))
-
-
-def promised_of_means(planned: Plan) -> float:
-    """Return what a shot promises of means over photosites, without the edges of layers that cross these."""
-    budget = planned.error_budget
-    kept = tuple(term for term in budget.terms if not term.cause.startswith("edges of layers"))
-    return promised_of(replace(budget, terms=kept))
+    return outcome(planned, truth)
 
 
 def taken_light(inputs: Inputs, scale: float) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,6 @@ from hypothesis import HealthCheck, Phase, given, seed, settings, target
 
 from simulator.device import Device
 from simulator.errors import PhotositeError
-from simulator.pipeline.error_budget import ErrorBudget
 from simulator.pipeline.planner import Plan
 
 from .space import Domain, Inputs, inputs_strategy, mutated
@@ -62,11 +61,7 @@ def promised_sigma(planned: Plan) -> float:
 
     Of KEPT of the photosites, each in its own noise.
     """
-    return promised_of(planned.error_budget)
-
-
-def promised_of(budget: ErrorBudget) -> float:
-    """Return the error that a budget promises [sigma]."""
+    budget = planned.error_budget
     return max(budget.tolerance, budget.predicted_sigma + budget.sigma("input"))
 
 

@@ -30,8 +30,9 @@ from simulator.optics.geometry.pixel_vectors import PixelVectors
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.field_psf import FieldPsf
+from simulator.scene.compositing import flatten_layers
 from simulator.scene.occluded_background import extend_background
-from simulator.scene.scene import Scene
+from simulator.scene.scene import Layer, Scene
 from simulator.sensor.sensor_plan import SensorPlan
 
 UPRIGHT_PX = 0.15  # spread by which skewed spots are wrong, since photosites and samples of light stay upright [photosites]
@@ -51,14 +52,20 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         share = _seen_share(planned, number, len(timing.components), per_radiance)
         path, vectors = moving_path(loaded, lens, sensor.camera, planned.projection, timing.motion, component)
 
+        seen = _seen_scenes(planned, loaded, path)
+
         def plan_for(
-            detail: SceneDetail, path: TimedPath = path, vectors: PixelVectors | None = vectors, share: float = share
+            detail: SceneDetail,
+            path: TimedPath = path,
+            vectors: PixelVectors | None = vectors,
+            share: float = share,
+            seen: list[Scene] = seen,
         ) -> MotionPlan | Skipped:
-            need = _need(planned, loaded, per_radiance, detail)
+            need = _need(planned, seen, per_radiance, detail)
             own = need.behind(_steepest_edge(planned.defocus)).of_share(share)
             return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need.largest), joins)
 
-        motion = plan_for(_usual_detail(planned, loaded, per_radiance, path.length.longest_px))
+        motion = plan_for(_usual_detail(planned, seen, per_radiance, path.length.longest_px))
         if isinstance(motion, Skipped) and motion.sigma > 0.0:  # seen in fewer pixels than that counts, it is still seen
             motion = plan_for(sharpest_detail(loaded, planned.weights, per_radiance, planned.accuracy, LIT_SHARE))
         if isinstance(motion, Skipped):
@@ -81,22 +88,47 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
     return planned.with_moved_pixels() if planned.moves_pixels else planned
 
 
-def _usual_detail(planned: OpticsPlan, loaded: Scene, per_radiance: float, length_px: float) -> SceneDetail:
+def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, length_px: float) -> SceneDetail:
     """Return the detail that all but so few of the scene's pixels stay below that they pass a thousandth of the photosites.
 
-    Lamps, which have instants of their own, count where they are more than that share of the pixels. length_px: of the path:
-    each pixel passes one photosite more than that.
+    seen: `_seen_scenes`. Lamps, which have instants of their own, count where they are more than that share of the pixels.
+    length_px: of the path: each pixel passes one photosite more than that.
     """
     few = 1.0 - (1.0 - BRIGHT) / (1.0 + length_px)
 
     def usual(measure: Callable[..., float], lit: float) -> float:
-        own = partial(measure, loaded, planned.weights, per_radiance, planned.accuracy, lit=lit)
-        return max(own(quantile=BRIGHT), own(quantile=few, has_lamps=False))
+        every = [partial(measure, scene, planned.weights, per_radiance, planned.accuracy, lit=lit) for scene in seen]
+        return max(every[0](quantile=BRIGHT), *(own(quantile=few, has_lamps=False) for own in every))
 
     edges, dark = (usual(scene_detail, lit) for lit in (LIT_SHARE, 0.0))
     if not _is_even(planned):
         return SceneDetail(edges, dark, 0.0, 0.0)
     return SceneDetail(edges, dark, *(usual(scene_bends, lit) for lit in (LIT_SHARE, 0.0)))
+
+
+def _seen_scenes(planned: OpticsPlan, loaded: Scene, path: TimedPath) -> list[Scene]:
+    """Return the scenes whose detail moving photosites see: the layers, and what is seen where one ends before another.
+
+    The edge of a dark layer before a bright one is a step in the noise of the dark, which neither layer has by itself. It is
+    seen at rest and at the end of the path, where layers that moved apart show what they hid.
+    """
+    if len(planned.scene.layers) == len(loaded.layers):
+        return [loaded]
+    ways_px = [path.shift_at(path.times_s[-1:], number)[0] for number in range(len(loaded.layers))]
+    steps = np.rint(planned.projection.scale * np.array(ways_px)).astype(np.intp)
+    if (steps == steps[0]).all():
+        return [loaded, planned.scene]
+    moved = [_moved(layer, *step) for layer, step in zip(loaded.layers, steps, strict=True)]
+    return [loaded, planned.scene, flatten_layers(loaded.with_layers(moved))]
+
+
+def _moved(layer: Layer, right: int, down: int) -> Layer:
+    """Return a layer of one distance read so many pixels to the right and down, its edge continued."""
+    rows, columns = (
+        np.clip(np.arange(size) + step, 0, size - 1) for size, step in zip(layer.planes.shape[:2], (down, right), strict=True)
+    )
+    coverage = None if layer.coverage is None else layer.coverage[rows][:, columns]
+    return replace(layer, planes=layer.planes[rows][:, columns], coverage=coverage, depth_m=float(np.min(layer.depth_m)))
 
 
 def _is_even(planned: OpticsPlan) -> bool:
@@ -107,10 +139,10 @@ def _is_even(planned: OpticsPlan) -> bool:
     return abs(planned.projection.scale - 1.0) < SAME_SCALE
 
 
-def _need(planned: OpticsPlan, loaded: Scene, per_radiance: float, detail: SceneDetail) -> MotionNeed:
-    """Return what a scene of this detail asks of the instants of a motion before the lens blurs it."""
+def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: SceneDetail) -> MotionNeed:
+    """Return what a scene of this detail asks of the instants of a motion before the lens blurs it. seen: `_seen_scenes`."""
     accuracy, scale, edges = planned.accuracy, planned.projection.scale, detail.edges
-    texture = scene_detail(loaded, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE)
+    texture = max(scene_detail(scene, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE) for scene in seen)
     steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
     contrast = min(edges * max(scale, steepness), max(edges, 1.0))
     bends = _is_even(planned)

@@ -290,3 +290,39 @@ def test_a_layer_in_focus_is_read_between_four_pixels():
     points = moving_samples(blur.pupil, optics.shifted_points, 1)[:, [0, 1, 5]].astype(np.float64)
     truth = dense_blur(blur.radii_px, points, np.zeros(HEIGHT))
     assert np.abs(moving_light(without_edges(planned)) - truth).max() < 3e-6
+
+
+def test_edges_of_a_dark_layer_before_a_bright_one_count_in_the_noise_of_the_dark():
+    """Neither layer has such an edge by itself."""
+    rng, way = np.random.default_rng(5), (-6.0, -6.0)
+    dark, cover = 0.001 + 1e-4 * rng.random((HEIGHT, WIDTH)), np.round(rng.random((HEIGHT, WIDTH))).astype(np.float32)
+    behind = (Layer(np.ones((HEIGHT, WIDTH, 1), np.float32), 2400.0, None),)
+    scene = band_scene(dark * cover, 2000.0, coverage=cover, behind=behind)
+    moves = {0: LayerMotion((Speed(way[0] / TIME_S, "px/s"), Speed(way[1] / TIME_S, "px/s")))}
+    shot = replace(shot_of(WAYS["front"]), scene=scene, motion=Motion(layers=moves), tolerance=0.1)
+    electrons = electrons_per_light(plan_moving(shot))
+    planned = plan_moving(replace(shot, lens=replace(LENS, transmittance=592.0 / electrons)))
+    truth = dense_layers(scene.load(), planned.optics.projection, [way, None], np.zeros(HEIGHT), WIDTH, 200)
+    found_e, truth_e = (592.0 * one for one in (moving_light(without_edges(planned)), truth))
+    assert electrons_per_light(planned) == pytest.approx(592.0, rel=1e-3)
+    error = np.abs(found_e - truth_e) / np.sqrt(truth_e + 1.0)
+    assert np.quantile(error, 0.999) < 0.1
+
+
+def electrons_per_light(planned) -> float:
+    """Electrons of a photosite of light 1."""
+    return float(planned.optics.accuracy.electrons_per_radiance * planned.optics.weights.sum())
+
+
+def test_what_a_layer_shows_as_it_moves_counts_with_its_edges():
+    """A dark layer hides at rest all that is bright behind it; where it moves up its edge lies before that."""
+    dark, far = np.full((HEIGHT, WIDTH), 0.01, np.float32), np.full((HEIGHT, WIDTH), 0.02, np.float32)
+    cover = (np.arange(HEIGHT)[:, None] < 12) * np.ones(WIDTH, np.float32)
+    far[:12] = np.linspace(1.0, 0.02, 12)[:, None]
+    scene = band_scene(dark * cover, 2000.0, coverage=cover, behind=(Layer(far[..., None], 2400.0, None),))
+    counts = []
+    for down in (-8.0, 8.0):
+        moves = {0: LayerMotion((Speed(0.0, "px/s"), Speed(down / TIME_S, "px/s")))}
+        planned = plan_moving(replace(shot_of(WAYS["front"]), scene=scene, motion=Motion(layers=moves), tolerance=0.1))
+        counts.append(planned.optics.motion.count)
+    assert counts[0] > 1.2 * counts[1]  # it shows the bright half, or hides what is dark
