@@ -12,8 +12,9 @@ from scipy.special import j1
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.lamps import LAMP_TIMES
 from simulator.optics.psf.pixel_aperture import Sampling
-from simulator.optics.psf.psf_errors import coarse_light_error, diffracted_light_error, spread_share
+from simulator.optics.psf.psf_errors import coarse_light_error, diffracted_light_error, spread_share, undrawn_error
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
@@ -98,3 +99,19 @@ def test_layers_near_the_focus_state_the_diffraction_of_detail_in_photosites(dif
     """Means over photosites behind a circle that hardly blurs; the audit found 0.41 sigma where 0.17 was stated (71:45)."""
     term = next(term for term in diffracted.error_budget.terms if "which diffraction spreads" in term.cause)
     assert term.sigma > 0.1 and diffracted.error_budget.is_clamped
+
+
+def test_an_even_pixel_that_is_wider_than_the_kernel_is_no_lamp_where_a_photosite_sees_one():
+    """A patch of a chart behind a low-pass filter, a hundred times as bright as the others."""
+    patches = np.full((12, 12), 0.01)
+    patches[5, 6] = 1.0
+    camera = dataclasses.replace(small_camera(120, 120), low_pass_um=4.2)
+    optics = plan(Shot(band_scene(patches, 2.0, interpolation="nearest"), LENS, Exposure(0.01), camera)).optics
+    limit_e = optics.accuracy.electrons_per_radiance * optics.psf.highlight_limits[0]
+    assert optics.accuracy.electrons * optics.accuracy.peak > LAMP_TIMES * limit_e
+
+    def error(projection):
+        return undrawn_error(optics.psf, None, projection, optics.accuracy, lambda: 1e-3 * limit_e, None)
+
+    assert error(optics.projection) == 0.0
+    assert error(dataclasses.replace(optics.projection, nearest=False, is_bilinear=True)) > optics.accuracy.allowed
