@@ -17,8 +17,9 @@ from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
 WAVES = 8  # frequencies of waves from pixel to pixel that are looked at, up to half a cycle per pixel
-IMAGES = 3  # repetitions of the spectrum of pixels on either side that their light has between them
-PLACES = 4  # of a photosite between pixels, along an axis
+IMAGES = 8  # repetitions of the spectrum of pixels on either side, whose share falls as the square of their number
+PLACES = 8  # of a photosite between pixels, along an axis
+POINT_CELLS = 99  # per photosite and axis, of which one is a point
 NEAR_LIGHT = 4.0  # beside the rays [lambda N]
 WIDEST_PX = 1.5  # blur radius from which on kernels hide more of the bends the larger they are [photosites]
 
@@ -37,10 +38,11 @@ def kernel_bend_error(psf: FieldPsf, scale: float, channels: int) -> float:
     scale: pixels of the scene per photosite, below 1. It is that of the wave of pixels and of the place of a photosite between
     them where it is largest, in any channel, in the middle of the field. The blur radii are the smallest one and that nearest
     to one photosite: a circle lets through least of what aliases where it hides what it aliases to.
-    0: the kernels of a file are known for whole photosites only, which are their truth.
+    Where the kernels of a file are known for whole photosites only, which are their truth, that of filter and open area alone.
     """
     if psf.lens_psf is None or (isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1):
-        return 0.0
+        plain = psf.lens_psf is None or psf.sampling == Sampling()
+        return 0.0 if plain else wave_error(psf.sampling, psf.pitch_um, psf.over, scale, np.ones((1, 1)), POINT_CELLS)
     return _largest(_Keyed(psf.key, psf), scale, channels)
 
 
