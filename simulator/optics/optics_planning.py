@@ -25,6 +25,7 @@ from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.relative_illumination import illumination_error
 from simulator.optics.motion_planning import with_motion
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.psf.psf_errors import bent_light_error, undrawn_error
@@ -223,11 +224,13 @@ def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per
     """Error of the samples of a scene that kernels by distance are applied to, as a share of the brightest light.
 
     Kernels end within samples that mix pixels of a fine scene, as photosites and circles of confusion do, or in which the light
-    of a coarse scene bends.
+    of a coarse scene bends; those of a lens spread what samples do not tell of it.
     """
     projection = planned.projection
     if psf.is_squares and projection.is_bilinear:
         return bent_light_error(psf.sampling, psf.pitch_um, psf.over, projection.scale, _bends(planned, per_radiance))
+    if psf.by_distance and projection.is_bilinear:
+        return kernel_bend_error(psf, projection.scale, planned.channels) * _bends(planned, per_radiance)
     if not psf.by_distance or not projection.is_fine or projection.whole_pixels((psf.over,)):
         return 0.0
     scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)

@@ -115,7 +115,6 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         optics.sampling_error,
         optics.lamp_error,
         is_fine=optics.projection.is_fine,
-        is_coarse=optics.projection.is_bilinear and blur is None and optics.ignored_px > 0.0,
     )
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))

@@ -39,15 +39,13 @@ def psf_errors(
     lamp_error: float = 0.0,
     *,
     is_fine: bool = False,
-    is_coarse: bool = False,
 ) -> list[ErrorTerm]:
     """Return the errors of a kernel, of the light that it is applied to, or of leaving it out.
 
     skipped: why there is none; None: there is one. smallest_px: radius of the smallest blur circle, of a geometric blur that
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
     sampling_error: of the light that kernels by distance are applied to, the same. lamp_error: of `undrawn_error`.
-    is_fine: whether the scene has more than a pixel per photosite. is_coarse: whether it has fewer, and its blur is left out
-    whose contrast is known.
+    is_fine: whether the scene has more than a pixel per photosite.
     """
     if skipped is not None:
         return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER, falls=True)]
@@ -66,12 +64,10 @@ def psf_errors(
         found.append(
             ErrorTerm(PSF, "light of whole photosites behind a blur, which diffraction spreads", error, IN_FOCUS, is_rare=True)
         )
-    elif is_coarse and psf.over == 1 and psf.sampling != Sampling() and not psf.is_squares:
-        error = accuracy.in_sigma(contrast * coarse_light_error(psf.sampling, psf.pitch_um))
-        cause = "light of whole photosites, which a low-pass or open area divides"
-        found.append(ErrorTerm(PSF, cause, error, BLURRED, is_rare=True))
     if sampling_error > 0.0:
         cause = f"{psf.over} x {psf.over} samples of light per photosite, which mix pixels of the scene"
+        if not is_fine:
+            cause = f"{psf.over} x {psf.over} samples of light per photosite, within which it bends"
         found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(sampling_error), DIVIDED))
     if lamp_error > 0.0:
         found.append(
@@ -108,7 +104,9 @@ def undrawn_error(
     comes first; None: none does. 0 where light samples are the squares of the scene, whose kernels have no negative values.
     """
     light = accuracy.peak * accuracy.brightest if lamps is None else lamps.rest
-    is_exact = psf.spreads_squares and projection.whole_pixels((psf.over,)) == psf.over
+    samples_pixels = projection.nearest and not projection.is_fine  # each sample is one pixel, however wide: none is cut
+    is_whole = samples_pixels or projection.whole_pixels((psf.over,)) == psf.over
+    is_exact = (psf.spreads_squares and is_whole) or (psf.is_squares and samples_pixels)
     if is_exact or not psf.highlight_limits or light <= LAMP_TIMES * min(psf.highlight_limits):
         return 0.0
     spot = max(1.0, math.pi * smallest_px**2) if smallest_px is not None else 1.0
@@ -170,16 +168,6 @@ def photosite_light_error(radius_px: float) -> float:
     photosite and more apart and fill factors from 0.44 on: what is finer than the photosites cannot be told from their means.
     """
     return min(0.21, 0.025 * max(radius_px, 1e-3) ** -1.45)
-
-
-def coarse_light_error(sampling: Sampling, pitch_um: float) -> float:
-    """Error of a low-pass filter and an open area that are applied to means over whole photosites of a sharp coarse scene.
-
-    A share of the contrast. It bounds 99.9 % of the photosites of random pixels, bars and waves of 0.3 to 0.95 pixels per
-    photosite, linear between their centres: 0.016 to 0.027 for spots 0.5 to 1 photosites apart, 0.026 where half of the area is
-    open.
-    """
-    return 0.038 * min(sampling.low_pass_um / pitch_um, 0.75) + 0.054 * (1.0 - sampling.fill_factor)
 
 
 def spread_share(psf: FieldPsf) -> float:

@@ -9,12 +9,13 @@ import numpy as np
 
 from simulator.color.spectra import efficiency_on, integral_weights
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import SHARP_PX, Accuracy
+from simulator.optics.defocus.accuracy import RAY_ERROR, SHARP_PX, Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import (
     FADE,
     FAR_AIRY,
@@ -46,6 +47,7 @@ DARK = 0.1  # share of a scene that is the dark side of its edges
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
 BENT_SHARE = 0.25  # of the allowed error, for bends of light within samples that kernels divide
+KERNEL_SHARE = 0.5  # of it, for bends within samples that kernels of a lens spread; cores have the rest
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
 WAVELENGTHS = {1: 7, 3: 3, 4: 3}  # per channel, by the number of channels
 
@@ -113,6 +115,8 @@ def plan_visible_psf(
     if psf.lens_psf is None and psf.by_distance and not (projection.is_fine or projection.nearest):
         over = _over_of_bends(psf, projection, accuracy, bend()) if projection.is_bilinear else 1  # one pixel: an even square
         psf = replace(psf, over=over)
+    elif psf.by_distance and projection.is_bilinear and len(psf.radii_px) == 1:  # the device has slabs of photosites only
+        psf = replace(psf, over=_over_of_kernels(psf, projection, accuracy, bend(), camera.channels))
     psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights), even_squares=_has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
@@ -150,6 +154,16 @@ def _over_of_bends(psf: FieldPsf, projection: Projection, accuracy: Accuracy, be
     errors = [bent_light_error(psf.sampling, psf.pitch_um, over, projection.scale, bend) for over in counts]
     good = [over for over, error in zip(counts, errors, strict=True) if error <= BENT_SHARE * accuracy.allowed]
     return good[0] if good else counts[int(np.argmin(errors))]
+
+
+def _over_of_kernels(psf: FieldPsf, projection: Projection, accuracy: Accuracy, bend: float, channels: int) -> int:
+    """The same of a coarse scene's light behind a lens, which keep KERNEL_SHARE of it, or the error of the reference's rays."""
+    allowed = max(KERNEL_SHARE * accuracy.allowed, RAY_ERROR * accuracy.sigma)
+    most = psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER
+    for over in range(psf.over, min(most, MOST_OVER) + 1):
+        if bend * kernel_bend_error(replace(psf, over=over), projection.scale, channels) <= allowed:
+            return over
+    return max(psf.over, min(most, MOST_OVER))
 
 
 def _of_rest(accuracy: Accuracy, lamps: Lamps) -> Accuracy:
