@@ -50,7 +50,7 @@ def _misses_lamps(planned: OpticsPlan) -> bool:
         return False
     if not defocus.area.fine or defocus.area.whole_pixels or defocus.eyes is not None or not defocus.pupil.is_round:
         return False
-    return projection.warp is None and projection.pose is None and not isinstance(defocus.radii_px[0], np.ndarray)
+    return projection.warp is None and projection.pose is None and not defocus.maps
 
 
 def _find_lamps(planned: OpticsPlan) -> Lamps | None:

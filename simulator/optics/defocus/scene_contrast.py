@@ -171,7 +171,8 @@ def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, co
     if is_lamp.all():
         return 1.0
     light[is_lamp] = light[~is_lamp].mean()
-    return min(max(float(uniform_filter(light, (side, side, 1), mode="nearest").min()), 0.0), 1.0)
+    least = uniform_filter(light, side, mode="nearest", axes=(0, 1)).min()
+    return min(max(float(least), 0.0), 1.0)
 
 
 def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:
@@ -300,7 +301,7 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     layers, found = [_at(layer, (places,), to_share) for layer in scene.layers], np.zeros(len(LITS))
     for number in range(min(len(layers), 2)):
         light = _composite(layers[number:])  # (bands, rows, columns, channels)
-        mean = uniform_filter(light, (1, side, side, 1), mode="nearest")
+        mean = uniform_filter(light, side, mode="nearest", axes=(1, 2))
         for axis in (1, 2):
             step = np.diff(light, axis=axis)
             if light.shape[axis] < 3:

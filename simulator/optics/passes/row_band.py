@@ -205,8 +205,9 @@ class RowBand:
         if any(map(self.tables.reads_sums, np.unique(clipped_tiles[mean | composite]).tolist())):
             planes = self.channels + int(composite.any())
             span = min(self.device.span, MARGIN_COLUMNS)  # divides the columns of any window
-            defines = {**self.defines, **ANY_CFA, "CHANNELS": 1, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span}
-            kernel = self.device.kernel("defocus_sums", defines | NO_NODES, file="defocus.cl")
+            own = {"CHANNELS": 1, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span}
+            defines: dict[str, object] = {**self.defines, **ANY_CFA, **own, **NO_NODES}
+            kernel = self.device.kernel("defocus_sums", defines, file="defocus.cl")
             size = (self.layout.set_columns // span, self.layout.column_sets * planes)
             buffers = {"sampled": self.sampled, "sums": self.sums, "first_plane": layer * self.layer_planes}
             self.device.run(kernel, size, None, **buffers, band=self._row_band(rows))

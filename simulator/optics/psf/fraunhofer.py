@@ -104,7 +104,7 @@ def _line_means(lines: np.ndarray, finer: int) -> np.ndarray:
     response = _mean_response(lines.shape[-1], finer)
     spectrum = np.asarray(fft.fft(lines)) * response
     folded = spectrum.reshape(len(lines), finer, -1).sum(axis=1)
-    return np.asarray(fft.ifft(folded)).real / finer
+    return np.asarray(np.real(np.asarray(fft.ifft(folded)))) / finer
 
 
 def _chirp_transform(lines: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
