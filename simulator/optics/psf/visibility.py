@@ -3,7 +3,6 @@
 import itertools
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -40,12 +39,10 @@ class Visibility:
 
     def spread(self, rest: np.ndarray) -> np.ndarray:
         """What a difference of kernels (..., size, size) makes of a single scene pixel, divided by the pixel's light; wider."""
-        tent = _tents(rest.shape[-1], 1.0 / min(self.scale, 1.0))
-        if rest.ndim == 2:
-            return np.asarray(tent @ rest @ tent.T)
-        across = rest.reshape(-1, rest.shape[-1]) @ tent.T  # all together, in two products
-        found = across.reshape(*rest.shape[:-1], -1).swapaxes(-2, -1).reshape(-1, rest.shape[-1]) @ tent.T
-        return np.asarray(found.reshape(*rest.shape[:-2], len(tent), len(tent)).swapaxes(-2, -1))
+        if self.scale >= 1.0:
+            return rest  # its tent is one photosite
+        tent = _tent(1.0 / self.scale)
+        return _convolve(_convolve(rest, tent).swapaxes(-2, -1), tent).swapaxes(-2, -1)
 
     def error(self, rest: np.ndarray) -> float:
         """Error that a difference of kernels (size, size) makes, as a share of the brightest light; see `visible_error`.
@@ -92,10 +89,17 @@ def _largest_bar(rest: np.ndarray) -> float:
     return float(np.ptp(np.concatenate([[0.0], np.cumsum(rest.sum(axis=0))])))
 
 
-@lru_cache(maxsize=8)
-def _tents(size: int, width: float) -> np.ndarray:
-    """Matrix that convolves `size` photosites with a tent of this half width and sum 1, about; its rows reach beyond them."""
+def _tent(width: float) -> np.ndarray:
+    """A tent of this half width and sum 1, on photosites."""
     half = math.ceil(width) - 1
-    away = np.abs(np.arange(size + 2 * half)[:, None] - np.arange(size)[None, :] - half)
-    found = np.maximum(1.0 - away / width, 0.0)
-    return found / found.sum(axis=0)
+    found = 1.0 - np.abs(np.arange(-half, half + 1)) / width
+    return np.asarray(found / found.sum())
+
+
+def _convolve(rows: np.ndarray, taps: np.ndarray) -> np.ndarray:
+    """Rows (..., size) convolved with an odd number of taps; wider."""
+    size = rows.shape[-1]
+    found = np.zeros((*rows.shape[:-1], size + len(taps) - 1))
+    for place, tap in enumerate(taps):
+        found[..., place : place + size] += tap * rows
+    return found
