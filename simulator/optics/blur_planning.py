@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, overload
 import numpy as np
 
 from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy
-from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.defocus import Defocus, plan_defocus, radius_range_px
 from simulator.optics.defocus.lamp_laws import lamp_sharp_px
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast, sharp_contrast
@@ -82,7 +82,10 @@ def with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
     pitch_um = camera.pixel_pitch_um
     defocus = plan_blur(planned, loaded, lens, camera)
     if defocus is None:
-        ignored_px = largest_radius_px(lens, pitch_um, loaded)
+        least_px, greatest_px = radius_range_px(lens, pitch_um, loaded)
+        if lens.aberrations is not None and accuracy.tolerance:
+            planned = replace(planned, focus_px=0.5 * (least_px + greatest_px))
+        ignored_px = max(abs(least_px - planned.focus_px), abs(greatest_px - planned.focus_px))
         if ignored_px == 0.0:
             return planned
         left_out = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)

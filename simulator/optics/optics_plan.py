@@ -54,7 +54,8 @@ class OpticsPlan:
     disoccluded_share: fraction of the picture that sees background which is occluded in the scene; None: its layers contain it.
     deep_blur: blur of the samples of a deep picture, where rays are followed (tolerance 0); None: the layers are blurred.
     psf_skipped: why a point spread function is left out, with its predicted error; None: it is not.
-    ignored_px: largest blur radius that is left out where `defocus` is None [photosites].
+    focus_px: signed blur radius of the kernels of a lens with aberrations where `defocus` is None: the middle of the scene's.
+    ignored_px: largest blur radius that is left out where `defocus` is None, beside that [photosites].
     contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
     motion: how the image moves while the shutter is open; None: it does not. flash_motion: while a flash shines.
     has_flash: whether a flash lights the bands of the scene's second half.
@@ -64,7 +65,7 @@ class OpticsPlan:
     tolerance: of all approximations together [standard deviations of the noise]; 0: the reference path. `accuracy` has that for
         which each of them is planned.
     lamps: pixels of the scene that are drawn by themselves behind the PSF; None: none are. lamp_error: of those that are not,
-        as a share of the brightest light.
+        as a share of the brightest light. focus_error: of kernels at `focus_px` alone, the same.
     moved_radii: of the maps of blur radii, where they lie on another grid than the light; None: they lie on the scene's.
     motion_skipped: why motion is left out, with its predicted error; None: it is not.
     """
@@ -82,6 +83,7 @@ class OpticsPlan:
     disoccluded_share: float | None = None
     deep_blur: "DeepBlur | None" = None
     psf_skipped: Skipped | None = None
+    focus_px: float = 0.0
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
     motion: MotionPlan | None = None
@@ -95,6 +97,7 @@ class OpticsPlan:
     moved_radii: Projection | None = None
     lamps: Lamps | None = None
     lamp_error: float = 0.0
+    focus_error: float = 0.0
 
     @property
     def radius_projection(self) -> Projection:

@@ -28,11 +28,12 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.lamps import Lamps
-from simulator.optics.psf.psf_errors import bent_light_error, undrawn_error
+from simulator.optics.psf.psf_errors import bent_light_error, focus_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
+from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.veiling_glare import plan_veiling_glare
-from simulator.scene.compositing import flatten_layers
+from simulator.scene.compositing import flatten_layers, join_layers
 from simulator.scene.content_keys import freeze, is_ours
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
@@ -68,18 +69,22 @@ def plan_optics(
     timing: Timing | None = None,
     *,
     draws_lamps: bool = True,
+    joins_layers: bool = True,
 ) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
     tolerance: as in `Shot`. timing: of what moves; None: nothing does. draws_lamps: whether lamps may be drawn by themselves
-        behind a point spread function; those of what moves are not.
+        behind a point spread function; those of what moves are not. joins_layers: whether layers at one distance are one
+        surface, their composite; they are not where layers have a motion of their own.
     Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
+    joins_layers = joins_layers and not (timing is not None and timing.motion.layers)
+    loaded = join_layers(loaded) if joins_layers else loaded
 
     def make() -> OpticsPlan:
         if timing is not None:  # the plan of the image at rest is kept with the scene, too
-            resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False)
+            resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False, joins_layers=joins_layers)
             return with_motion(resting, loaded, lens, sensor, timing)
         made = _plan_sensor_optics(loaded, lens, sensor, tolerance, draws_lamps)
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
@@ -197,14 +202,16 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         contrast,
         planned.accuracy,
         partial(_bends, planned, per_radiance),
+        focus_px=planned.focus_px,
         draws_lamps=draws_lamps,
     )
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:
         defocus = replace(defocus, corrected_px=max(abs(radius) for radius in psf.corrected_px))
     sampled = 0.0 if psf is None else _sampling_error(planned, psf, lamps, per_radiance)
-    undrawn = 0.0
+    undrawn = left_out = 0.0
     if psf is not None:
+        left_out = _focus_error(planned, psf, lens, per_radiance)
         first = planned.defocus if not psf.by_distance else None
         smallest_px = None if first is None else min(least for least, _ in first.of_scene().ranges_px)
         dark = partial(dark_light, planned.scene, planned.weights)
@@ -217,7 +224,19 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         defocus=defocus,
         sampling_error=sampled,
         lamp_error=undrawn,
+        focus_error=left_out,
     )
+
+
+def _focus_error(planned: OpticsPlan, psf: FieldPsf, lens: Lens, per_radiance: float) -> float:
+    """Error of the kernels of a lens with aberrations at `OpticsPlan.focus_px`, where the scene has other distances, too."""
+    if planned.defocus is not None or lens.aberrations is None or planned.ignored_px == 0.0:
+        return 0.0
+    accuracy = planned.accuracy
+    dark_e = min(per_radiance * dark_light(planned.scene, planned.weights), accuracy.electrons)
+    light = accuracy.electrons, dark_e, accuracy.read_noise_e
+    seen = Visibility(accuracy.allowed, planned.projection.scale, accuracy.peak, *light)
+    return focus_error(psf, planned.ignored_px, planned.channels, seen)
 
 
 def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:

@@ -1,11 +1,12 @@
 """Compositing of a scene's layers: the picture, and the depth, that a pinhole camera sees of them."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 
 from simulator.scene.deep_pixels import DeepPixels
-from simulator.scene.scene import Layer, Scene
+from simulator.scene.scene import Layer, Scene, is_depth_map
 
 
 def flatten_layers(scene: Scene) -> Scene:
@@ -14,6 +15,38 @@ def flatten_layers(scene: Scene) -> Scene:
         return scene
     planes, coverage = composite_planes(scene.layers)
     return replace(scene, planes=planes, depth_m=visible_depth_m(scene), coverage=coverage, behind=())
+
+
+def join_layers(scene: Scene) -> Scene:
+    """Return the scene with layers one behind the other at one distance as one layer, their composite.
+
+    Rays that start at a photosite meet them at one place: what is seen is their composite there, no product of means of each.
+    A scene without such layers, and a deep picture, is returned as it is.
+    """
+    layers = scene.layers
+    same = [_are_at_one_distance(*pair) for pair in itertools.pairwise(layers)]
+    if scene.deep is not None or not any(same):
+        return scene
+
+    def join() -> Scene:
+        runs = [[layers[0]]]
+        for layer, is_same in zip(layers[1:], same, strict=True):
+            if is_same:
+                runs[-1].append(layer)
+            else:
+                runs.append([layer])
+        joined = [Layer(planes, run[0].depth_m, covered) for run in runs for planes, covered in [composite_planes(tuple(run))]]
+        made = scene.with_layers(joined)
+        if not any(array.flags.writeable for array in scene.arrays()):  # plans are kept with what is joined, too
+            for array in made.arrays():
+                array.setflags(write=False)
+        return made
+
+    return scene.remember("joined layers", join)
+
+
+def _are_at_one_distance(a: Layer, b: Layer) -> bool:
+    return not is_depth_map(a.depth_m) and not is_depth_map(b.depth_m) and bool(a.depth_m == b.depth_m)
 
 
 def composite_planes(layers: tuple[Layer, ...]) -> tuple[np.ndarray, np.ndarray | None]:

@@ -307,9 +307,10 @@ def plan_defocus(
     return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px, allowed))
 
 
-def largest_radius_px(lens: Lens, pixel_pitch_um: float, scene: Scene) -> float:
-    """Radius of the largest blur circle of a scene [photosites]."""
-    return max(float(np.max(np.abs(_radius_px(lens, pixel_pitch_um, layer.depth_m)))) for layer in scene.layers)
+def radius_range_px(lens: Lens, pixel_pitch_um: float, scene: Scene) -> tuple[float, float]:
+    """Least and greatest signed radius of a scene's blur circles [photosites]."""
+    radii = [_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers]
+    return min(float(np.min(radius)) for radius in radii), max(float(np.max(radius)) for radius in radii)
 
 
 def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -38,6 +39,7 @@ def psf_errors(
     sampling_error: float = 0.0,
     lamp_error: float = 0.0,
     *,
+    left_out: float = 0.0,
     is_fine: bool = False,
 ) -> list[ErrorTerm]:
     """Return the errors of a kernel, of the light that it is applied to, or of leaving it out.
@@ -45,13 +47,15 @@ def psf_errors(
     skipped: why there is none; None: there is one. smallest_px: radius of the smallest blur circle, of a geometric blur that
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
     sampling_error: of the light that kernels by distance are applied to, the same. lamp_error: of `undrawn_error`.
-    is_fine: whether the scene has more than a pixel per photosite.
+    left_out: of `focus_error`. is_fine: whether the scene has more than a pixel per photosite.
     """
     if skipped is not None:
         return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER, falls=True)]
     if psf is None:
         return []
     found = []
+    if left_out > 0.0:
+        found.append(ErrorTerm(PSF, "kernels of one distance for all", accuracy.in_sigma(left_out), TIGHTER, falls=True))
     if psf.core is not None:
         found.append(ErrorTerm(PSF, "a core and a tail on cells", accuracy.in_sigma(psf.core.error), TIGHTER, falls=True))
     if smallest_px is not None and not psf.by_distance and psf.over == 1 and psf.sampling != Sampling():
@@ -87,6 +91,27 @@ def core_error(psf: FieldPsf, core: Core, channels: int, seen: Visibility) -> fl
             kernel = table.reshape(len(table) // over, over, -1, over).sum(axis=(1, 3))
             own = partial(seen.own_error, kernel=kernel)
             found = max(found, split_kernel(table, over, core.reach_px, core.arm_px, core.cell_px, own).error)
+    return found
+
+
+def focus_error(psf: FieldPsf, away_px: float, channels: int, seen: Visibility) -> float:
+    """Error of kernels of one blur radius for surfaces up to so far from it, as `core_error`.
+
+    away_px: difference of the signed blur radii [photosites]. Defocus and aberrations shift the same rays, so that the light of
+    a point spreads by their covariance, too: by the first power of the difference, that of an ideal lens by its square.
+    """
+    if away_px == 0.0 or not psf.by_distance or not isinstance(psf.lens_psf, WavefrontPsf):
+        return 0.0
+    middle, found = psf.radii_px[0], 0.0
+    others = [replace(psf, radii_px=(middle + way,), core=None, seen=None) for way in (-away_px, away_px)]
+    for node in {(psf.nodes[0] // 2, psf.nodes[1] // 2), (0, 0)}:
+        for channel in range(channels):
+            own = psf.kernel(0, channel, False, *node).sum(axis=0)
+            for other in others:
+                there = other.kernel(0, channel, False, *node).sum(axis=0)
+                wide = max(len(own), len(there))
+                here, away = (np.pad(one, (wide - len(one)) // 2) for one in (own, there))
+                found = max(found, seen.own_error(away - here, here))
     return found
 
 

@@ -98,18 +98,19 @@ def plan_visible_psf(
     accuracy: Accuracy,
     bend: Callable[[], float],
     *,
+    focus_px: float = 0.0,
     draws_lamps: bool,
 ) -> tuple[FieldPsf | None, Skipped | None, Lamps | None]:
     """PSF of a shot, None where it has no visible effect, why it is left out, None where it is not, and lamps that are drawn.
 
     contrast: of `contrast_sigma`. weights: of `OpticsPlan`. bend: returns what `bent_light_error` takes.
-    draws_lamps: whether lamps may be.
+    focus_px: of `plan_psf`. draws_lamps: whether lamps may be.
     Raises PhotositeError as `plan_psf`.
     """
     if contrast == 0.0:
         return None, Skipped("the scene is the same everywhere"), None
     scale = projection.scale
-    psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance)
+    psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px)
     if psf is None:
         return None, None, None
     if psf.lens_psf is None and psf.by_distance and not (projection.is_fine or projection.nearest):
@@ -196,17 +197,24 @@ def _with_gather(psf: FieldPsf, channels: int, scene: Scene, accuracy: Accuracy,
 
 
 def plan_psf(
-    lens: Lens, camera: Camera, scene: Scene, defocus: Defocus | None, scale: float, tolerance: float = 0.0
+    lens: Lens,
+    camera: Camera,
+    scene: Scene,
+    defocus: Defocus | None,
+    scale: float,
+    tolerance: float = 0.0,
+    focus_px: float = 0.0,
 ) -> FieldPsf | None:
     """PSF of a shot, whether visible or not; None for an ideal lens and photosites that are sensitive all over.
 
     scale: scene pixels per photosite. tolerance: as in `Shot`; 0: wave optics at every distance.
+    focus_px: signed blur radius of kernels by distance where no surface is blurred otherwise [photosites].
     Raises PhotositeError for a PSF file that cannot be read or does not hold what the scene needs.
     """
     sampling, lens_psf = Sampling(camera.fill_factor, camera.low_pass_um), _plan_lens_psf(lens, camera, scene)
     if lens_psf is None and sampling == Sampling():
         return None
-    radii_px, by_distance = _choose_slabs(lens_psf, lens, defocus, camera.pixel_pitch_um)
+    radii_px, by_distance = _choose_slabs(lens_psf, lens, defocus, camera.pixel_pitch_um, focus_px)
     corrected_px: tuple[float, ...] = ()
     if tolerance and by_distance and _is_ideal(lens_psf) and defocus is not None and len(radii_px) > 1:
         radii_px, by_distance, corrected_px = (0.0,), False, _corrected_px(lens_psf, defocus)
@@ -300,14 +308,14 @@ def _varies_over_field(lens_psf: WavefrontPsf | PsfTable | None) -> bool:
 
 
 def _choose_slabs(
-    lens_psf: WavefrontPsf | PsfTable | None, lens: Lens, defocus: Defocus | None, pitch_um: float
+    lens_psf: WavefrontPsf | PsfTable | None, lens: Lens, defocus: Defocus | None, pitch_um: float, focus_px: float
 ) -> tuple[tuple[float, ...], bool]:
     """Signed blur radii of the slabs [photosites], and whether their kernels include the blur of defocus."""
     one_radius = lens_psf is None or isinstance(lens_psf, PsfTable) and len(lens_psf.blur_radii_px) == 1
     if isinstance(lens_psf, PsfTable) and not one_radius:
         _check_range(lens_psf, defocus)
     if defocus is None:
-        return (0.0,), True
+        return (focus_px,), True
     if one_radius or isinstance(lens_psf, WavefrontPsf) and not _fits_in_kernels(lens_psf, lens, defocus, pitch_um):
         return (0.0,), False
     return tuple(sorted({radius for one in defocus.radii_px for radius in _radii_px(one)})), True
