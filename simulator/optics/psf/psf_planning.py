@@ -113,6 +113,7 @@ def plan_visible_psf(
     psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px)
     if psf is None:
         return None, None, None
+    psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
     if psf.lens_psf is None and psf.by_distance and not (projection.is_fine or projection.nearest):
         over = _over_of_bends(psf, projection, accuracy, bend()) if projection.is_bilinear else 1  # one pixel: an even square
         psf = replace(psf, over=over)
@@ -133,6 +134,24 @@ def plan_visible_psf(
         error = core_error(gathered, core, camera.channels, seen) * accuracy.sigma / own.sigma
         gathered = gathered.with_core(replace(core, error=error), gathered.seen)
     return gathered, None, lamps
+
+
+def _at_own_distances(
+    psf: FieldPsf, camera: Camera, scene: Scene, defocus: Defocus | None, projection: Projection, accuracy: Accuracy
+) -> FieldPsf:
+    """Return the PSF of layers of one distance each with kernels of each distance, where the device gathers these.
+
+    A correction of a geometric blur to wave optics takes light of nearer and farther surfaces as the photosite's own:
+    beside the borders of layers it is wrong by what it corrects.
+    """
+    if not psf.corrected_px or defocus is None or defocus.maps or defocus.eyes is not None or not scene.behind:
+        return psf
+    over = _choose_over(psf.lens_psf, psf.sampling, projection.scale, psf.pitch_um)
+    radii_px = tuple(sorted({float(radius) for radius in defocus.radii_px}))
+    if over > 1 or len(radii_px) < 2:
+        return psf
+    own = replace(psf, radii_px=radii_px, by_distance=True, corrected_px=())
+    return own if _with_gather(own, camera.channels, scene, accuracy, projection.scale).core is not None else psf
 
 
 def _has_squares(psf: FieldPsf, projection: Projection) -> bool:
