@@ -11,7 +11,7 @@ from scipy.special import j1
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.psf.lamps import LAMP_TIMES
-from simulator.optics.psf.psf_errors import diffracted_light_error, spread_share, undrawn_error
+from simulator.optics.psf.psf_errors import corrected_light_error, diffracted_light_error, spread_share, undrawn_error
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
@@ -61,6 +61,38 @@ def test_diffraction_of_means_over_photosites_keeps_to_its_law(diffracted, ratio
             found = np.fft.ifft2(np.fft.fft2(photosites(blurred)) * np.fft.fft2(placed)).real
             left = np.quantile(np.abs(found - photosites(blurred * airy)), 0.999)
             assert left <= contrast * diffracted_light_error(radius_px, spread_share(psf))
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.4, 0.7])
+def test_a_correction_of_means_over_photosites_keeps_to_its_law(ratio):
+    """Random squares through the pupil's wave with its curvature, against disk, Airy's kernel and the correction on means."""
+    along = np.fft.fftfreq(SIZE * PARTS, 1.0 / PARTS)
+    frequency, rim = np.hypot(along[:, None], along), 0.5 / ratio
+    coarse = np.r_[: SIZE // 2, SIZE * PARTS - SIZE // 2 : SIZE * PARTS]
+
+    def transfer(radius_px):
+        phase = np.pi * radius_px * rim * (frequency / rim) ** 2
+        light = np.abs(np.fft.ifft2(np.clip((rim - frequency) * SIZE + 0.5, 0.0, 1.0) * np.exp(1j * phase))) ** 2
+        return np.fft.fft2(light / light.sum()).real
+
+    def photosites(spectrum):
+        return np.fft.ifft2(spectrum).real.reshape(SIZE, PARTS, SIZE, PARTS).mean(axis=(1, 3))
+
+    def on_means(spectrum, kernel):
+        return np.fft.ifft2(np.fft.fft2(photosites(spectrum)) * kernel[np.ix_(coarse, coarse)]).real
+
+    focus, found = transfer(0.0), []
+    for radius_px in (0.5, 1.0, 1.5, 2.0, 4.0):
+        turn = 2.0 * np.pi * radius_px * np.maximum(frequency, 1e-9)
+        wave, disk = transfer(radius_px), 2.0 * j1(turn) / turn
+        for scale in (2, 4):
+            pixels = np.random.default_rng(5).random((SIZE * scale, SIZE * scale))
+            light = np.fft.fft2(np.kron(pixels, np.ones((PARTS // scale, PARTS // scale))))
+            sharp = photosites(light)
+            contrast = np.quantile([np.abs(np.diff(sharp, 2, axis=axis)).ravel() for axis in (0, 1)], 0.999)
+            left = on_means(light * disk, focus) + on_means(light, wave - disk * focus) - photosites(light * wave)
+            found.append(np.quantile(np.abs(left), 0.999) / contrast / corrected_light_error(radius_px, 1.22 * ratio))
+    assert 0.4 < max(found) <= 1.0
 
 
 def test_layers_near_the_focus_state_the_diffraction_of_detail_in_photosites(diffracted):
