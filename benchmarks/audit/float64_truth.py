@@ -22,6 +22,7 @@ from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot
 
 SETS, POINTS = 8, 8192
+LAMP_TIMES, MOST_LAMPS, LAMP_CHORDS = 4.0, 32, 2048  # of the brightest light without them; pixels; of the aperture
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,28 @@ def exact_means(shot: Shot, planned: Plan) -> Truth | None:
     light = scene.planes.astype(np.float64) @ planned.optics.weights.astype(np.float64)
     light = np.pad(light, ((margin * scale, margin * scale), (margin * scale, margin * scale), (0, 0)), "edge")
     shape = light.shape[0] // scale, light.shape[1] // scale
-    means = [photosite_means(light[..., one], shape, abs(radius), camera.fill_factor) for one in range(light.shape[2])]
+    means = [means_with_lamps(light[..., one], shape, abs(radius), camera.fill_factor) for one in range(light.shape[2])]
     inside = np.stack(means)[:, margin + window.y :, margin + window.x :][:, : window.height, : window.width]
     found = np.take_along_axis(inside, _channels(planned)[None], axis=0)[0] * _electrons_per_radiance(shot, planned)
     return Truth(found, np.zeros_like(found))
+
+
+def means_with_lamps(light: np.ndarray, shape: tuple[int, int], radius: float, fill_factor: float) -> np.ndarray:
+    """`photosite_means`, of pixels so bright that the rim of their spots shows steps between chords from more of these."""
+    is_lamp = light > LAMP_TIMES * np.partition(light, -MOST_LAMPS - 1, axis=None)[-MOST_LAMPS - 1]
+    means = photosite_means(np.where(is_lamp, 0.0, light), shape, radius, fill_factor)
+    scale, reach = light.shape[0] // shape[0], math.ceil(radius) + 1
+    side, spots = 2 * reach + 1, dict[tuple[int, int], np.ndarray]()
+    around = np.pad(means, reach)
+    for row, column in np.argwhere(is_lamp).tolist():
+        place = row % scale, column % scale
+        if place not in spots:
+            pixel = np.zeros((side * scale, side * scale))
+            pixel[reach * scale + place[0], reach * scale + place[1]] = 1.0
+            spots[place] = photosite_means(pixel, (side, side), radius, fill_factor, chords=LAMP_CHORDS)
+        top, left = row // scale, column // scale
+        around[top : top + side, left : left + side] += light[row, column] * spots[place]
+    return around[reach:-reach, reach:-reach]
 
 
 def _channels(planned: Plan) -> np.ndarray:

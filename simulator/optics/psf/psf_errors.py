@@ -227,8 +227,8 @@ def corrected_light_error(radius_px: float, airy_px: float) -> float:
 
     A share of the contrast. airy_px: radius of the Airy disk. A correction changes waves by up to `moved`, of which the means
     tell the less the larger the circle is: what lies in a photosite goes to its rim. It bounds 99.9 % of the photosites of
-    random squares, 2 to 8 to a photosite and of 1.5 and 2.5 photosites, and of waves of 1.5 to 12 photosites, for radii of 0.5 to
-    6 photosites and Airy disks of 0.1 to 1.
+    random squares, 2 to 8 to a photosite and of 1.5 and 2.5 photosites, and of waves of 1.5 to 12 photosites, for radii of
+    0.5 to 6 photosites and Airy disks of 0.1 to 1.
     """
     of_airy = radius_px / airy_px
     moved = min(0.75 * of_airy**2, 0.255, 0.375 * max(of_airy, 1e-3) ** -0.8)
