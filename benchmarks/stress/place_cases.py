@@ -9,6 +9,7 @@ from helpers.fine_frame import fine_shot, frame_radiance
 from scipy.ndimage import maximum_filter
 
 from simulator.device import Device
+from simulator.optics.geometry.footprint import Footprint
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import Projection, project, project_planes
 from simulator.optics.lens.distortion import MOST_STEPS, Distortion, plan_warp
@@ -98,6 +99,29 @@ def run_projection_samples(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(found, np.broadcast_to(exact, found.shape), size)
 
 
+def run_footprint(device: Device, inputs: Inputs) -> Outcome:
+    """Photosites that average a scene of fewer pixels over a filter's spots and squares beside them."""
+    scale, spots_px, first = (float(np.float32(number(inputs, name))) for name in ("scale", "spots_px", "column"))
+    light, first = picture(inputs)[0], int(first)
+    line = np.zeros(math.ceil((first + 40) * scale) + len(light) + 8, np.float32)
+    begin = 4 + int(first * scale)
+    line[begin : begin + len(light)] = light
+    footprint = Footprint(0.75, spots_px, 0.28, number(inputs, "share"))
+    projection = Projection(scale, 4.3, 0.0, len(line), 4, 1, False, is_bilinear=True, footprint=footprint)
+    planes, layout = device.upload(np.broadcast_to(line, (1, 4, len(line)))), InterleavedColumns(1, 2, 16)
+    sampled = device.empty(layout.shape(1), np.float32)
+    project_planes(device, projection, planes, 1, sampled, 0, layout, (first, 0))
+    mosaic = project(device, projection, Cfa.uniform(0), Window(first, 0, 32, 2), planes)
+    every = layout.decode(device.download(sampled, layout.shape(1), np.float32)[0])
+    found = np.stack([every, device.download(mosaic, (2, 32), np.float32)])
+    middles, padded = first + np.arange(32.0) + 0.5, np.pad(line, 8, "edge")
+    exact = np.zeros(32)
+    for place, share in footprint.places:
+        exact += share * np.array([bilinear_means(padded, 12.3 + scale * (one + place + 0.375 * EDGES))[0] for one in middles])
+    return Outcome(found, np.broadcast_to(exact, found.shape), np.full(found.shape, float(light.max())))
+
+
+EDGES = np.array([-1.0, 1.0])
 PLACES_SENSOR = 12000, 8000  # photosites
 
 
@@ -155,6 +179,20 @@ CASES = (
         run_projection_samples,
         "as of projection_places",
         most_ulps=3.0,
+    ),
+    StressCase(
+        "footprint",
+        ("footprint_across", "footprint_planes", "footprint_mosaic"),
+        {
+            "light": Picture((1, 64), 1e-3, 2e4),
+            "scale": Real(0.2, 0.95, switches=(0.5,)),
+            "spots_px": Real(0.0, 2.0, switches=(0.5, 1.0)),
+            "share": Real(0.0, 0.4),
+            "column": Choice((0, 1000, 6000, 23000)),
+        },
+        run_footprint,
+        "five shares, each rounded, of differences and their sums, along either axis: 12 ulps of the brightest pixel",
+        most_ulps=12.0,
     ),
     StressCase(
         "displaced_places",

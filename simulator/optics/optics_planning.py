@@ -28,6 +28,7 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.lamps import Lamps
+from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_errors import bent_light_error, focus_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
 from simulator.optics.psf.visibility import Visibility
@@ -70,12 +71,14 @@ def plan_optics(
     *,
     draws_lamps: bool = True,
     joins_layers: bool = True,
+    whole: float | None = None,
 ) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
-    tolerance: as in `Shot`. timing: of what moves; None: nothing does. draws_lamps: whether lamps may be drawn by themselves
-        behind a point spread function; those of what moves are not. joins_layers: whether layers at one distance are one
-        surface, their composite; they are not where layers have a motion of their own.
+    tolerance: of each approximation. timing: of what moves; None: nothing does. draws_lamps: whether lamps may be drawn by
+        themselves behind a point spread function, and samples of light have a footprint; those of what moves do not.
+    joins_layers: whether layers at one distance are one surface, their composite; they are not where layers have a motion of
+        their own. whole: tolerance of the photograph, as in `Shot`; None: that of each approximation.
     Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
@@ -84,16 +87,16 @@ def plan_optics(
 
     def make() -> OpticsPlan:
         if timing is not None:  # the plan of the image at rest is kept with the scene, too
-            resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False, joins_layers=joins_layers)
+            resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False, joins_layers=joins_layers, whole=whole)
             return with_motion(resting, loaded, lens, sensor, timing)
-        made = _plan_sensor_optics(loaded, lens, sensor, tolerance, draws_lamps)
+        made = _plan_sensor_optics(loaded, lens, sensor, tolerance, tolerance if whole is None else whole, draws_lamps)
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
             for array in made.scene.arrays():
                 array.setflags(write=False)
         return made
 
     key = optics_key(lens, sensor, tolerance, timing)
-    planned = make() if key is None else loaded.remember((key, draws_lamps), make)
+    planned = make() if key is None else loaded.remember((key, draws_lamps, whole), make)
     return replace(planned, window=sensor.readout.computed)
 
 
@@ -130,7 +133,9 @@ def _noise_floor_of(asked: _AskedSensor) -> NoiseFloor | None:
     return asked.sensor.noise_floor()
 
 
-def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, draws_lamps: bool) -> OpticsPlan:
+def _plan_sensor_optics(
+    loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, whole: float, draws_lamps: bool
+) -> OpticsPlan:
     """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
     camera, window = sensor.camera, sensor.readout.computed
     scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
@@ -153,7 +158,7 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
         illumination_error=illumination_error(lens, camera.pixel_pitch_um, camera.width_px, camera.height_px),
-        tolerance=tolerance,
+        tolerance=whole,
     )
     floor = noise_floor(sensor)
     if lens.forms_image and floor is not None:
@@ -164,6 +169,8 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         if draws_lamps and floor is not None:
             planned = with_drawn_lamps(planned, loaded, lens, sensor, floor)
         planned = _with_rays_through_filter(planned, lens, sensor)
+        if draws_lamps:
+            planned = _with_open_area(planned, lens, sensor)
     return _with_psf(planned, lens, sensor, floor, draws_lamps)
 
 
@@ -182,9 +189,21 @@ def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPla
     return replace(planned, projection=projection)
 
 
+def _with_open_area(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+    """Return the plan of a sharp coarse scene that photosites average over their open area, if the lens is ideal."""
+    camera = sensor.camera
+    sampling = Sampling(camera.fill_factor, camera.low_pass_um)
+    is_ideal = lens.psf is None and not lens.has_diffraction and lens.aberrations is None
+    if planned.defocus is not None or sampling == Sampling() or not (is_ideal and planned.projection.fits_footprint):
+        return planned
+    footprint = sampling.footprint(camera.pixel_pitch_um)
+    return replace(planned, projection=replace(planned.projection, footprint=footprint))
+
+
 def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None, draws_lamps: bool) -> OpticsPlan:
     """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
-    if planned.projection.open_side < 1.0 or planned.projection.low_pass_px > 0.0:
+    projection = planned.projection
+    if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprint is not None:
         return planned  # the scene is integrated over the open area of each photosite
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
@@ -202,6 +221,7 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         contrast,
         planned.accuracy,
         partial(_bends, planned, per_radiance),
+        planned.tolerance,
         focus_px=planned.focus_px,
         draws_lamps=draws_lamps,
     )

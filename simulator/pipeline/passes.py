@@ -53,6 +53,7 @@ LEAST_MS = 0.13  # the same of a pass that is not listed
 COST_NS = {
     "scene planes": 0.15,  # per scene pixel, spectral band and colour
     "projection": 1.6,  # for each point that a photosite averages
+    "footprint": 5.0,  # of several squares
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
     "rays": 160000.0,
@@ -146,9 +147,9 @@ def _projection(optics: OpticsPlan) -> Pass:
         reads = projection.taps(projection.open_side) ** 2
         method, cost = "exact mean over each photosite's area", _ms(pixels * reads, COST_NS["projection pixel"])
     else:
-        parts = projection.samples**2
+        per_photosite = projection.samples**2 * COST_NS["projection"] if projection.footprint is None else COST_NS["footprint"]
         area = "exact mean of bilinear light over each photosite's area" if projection.is_bilinear else "one scene pixel each"
-        method, cost = area, _ms(pixels * parts, COST_NS["projection"])
+        method, cost = area, _ms(pixels, per_photosite)
     return Pass("projection", True, method, pixels, 4 * pixels, cost_ms=cost)
 
 

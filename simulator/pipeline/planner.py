@@ -186,7 +186,7 @@ def _plan_light(
 
     def make() -> OpticsPlan:
         lit = exposed.expose(scene, tangent)
-        return allot(shot.tolerance, lambda tolerance: plan_optics(lit, shot.lens, sensor, tolerance, timing))
+        return allot(shot.tolerance, lambda one: plan_optics(lit, shot.lens, sensor, one, timing, whole=shot.tolerance))
 
     key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent), timing)
     if cache is None or key is None:

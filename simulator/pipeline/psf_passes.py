@@ -25,6 +25,8 @@ def psf_pass(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") 
         ideal = "the lens is ideal and photosites are sensitive all over"
         if optics.projection.open_side < 1.0:
             ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
+        if optics.projection.footprint is not None:
+            ideal = "the lens is ideal, and the scene is averaged over what photosites see through the low-pass filter"
         why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
         return Pass("point spread function", False, why, error_sigma=error_of(budget, PSF))
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"

@@ -126,6 +126,18 @@ def take_fine() -> None:
     print("done", devices()[0].name)
 
 
+def take_coarse() -> None:
+    """A scene coarser than the photosites, in focus, behind a low-pass filter alone and behind diffraction, too."""
+    rng, camera = np.random.default_rng(0), small_camera(34, 12, "RGGB", low_pass_um=2.5)
+    scene = band_scene(rng.random((7, 15, camera.channels)), 2.0)
+    for lens in (ThinLens(50.0, 4.0, 2.0), ThinLens(50.0, 4.0, 2.0, diffraction=True)):
+        shot = Shot(scene, lens, Exposure(0.001), camera)
+        optics = plan(shot).optics
+        assert optics.projection.footprint is not None or (optics.psf is not None and optics.psf.footprint is not None)
+        take_with_truth(shot)
+    print("done", devices()[0].name)
+
+
 def take_distorted() -> None:
     """A fine scene behind a small blur circle and a lens that distorts: photosites are parallelograms, gathered in parts."""
     rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB")
@@ -312,6 +324,7 @@ if __name__ == "__main__":
     others = {
         "rays": follow_rays,
         "fine": take_fine,
+        "coarse": take_coarse,
         "distorted": take_distorted,
         "steps": take_steps,
         "wide": take_wide,

@@ -45,6 +45,7 @@ CASES = [
     "one depth RGGB window moving",
     "rays",
     "fine",
+    "coarse",
     "distorted",
     "steps",
     "wide",

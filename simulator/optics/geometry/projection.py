@@ -9,6 +9,8 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.errors import PhotositeError
+from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.footprint_projection import project_footprint, project_footprint_planes
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.lens.distortion import Warp, plan_warp
 from simulator.optics.lens.lens import Lens
@@ -44,6 +46,8 @@ class Projection:
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
     is_bilinear: whether the scene has fewer pixels than photosites, and light between their centres.
+    footprint: squares over which `project`, and `project_planes` with a sample per photosite, average bilinear light; nothing
+        displaces it then. None: the photosite, or its sample.
     """
 
     scale: float
@@ -60,6 +64,12 @@ class Projection:
     pose: tuple[float, ...] | None = None
     is_bilinear: bool = False
     low_pass_px: float = 0.0
+    footprint: Footprint | None = None
+
+    @property
+    def fits_footprint(self) -> bool:
+        """Whether light may be averaged over squares of a footprint."""
+        return self.is_bilinear and self.warp is None and self.pose is None
 
     def on_wider_photosites(self) -> Self:
         """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""
@@ -201,6 +211,9 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     planes: device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]. window: photosites to compute.
     """
     mosaic = device.empty((window.height, window.width), np.float32)
+    if projection.footprint is not None:
+        project_footprint(device, projection, projection.footprint, cfa, window, planes, mosaic)
+        return mosaic
     defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
     arguments = {
         "planes": planes,
@@ -238,6 +251,10 @@ def project_planes(
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
     the first on; None: all.
     """
+    if projection.footprint is not None and layout.over == 1:
+        footprint = projection.footprint
+        project_footprint_planes(device, projection, footprint, planes, count, sampled, first_plane, layout, origin)
+        return
     defines, settings = projection.defines(ANY_CFA, layout.over), projection.arguments(*origin)
     if not projection.is_separable(layout.over):
         span = _span(device, layout)

@@ -56,7 +56,9 @@ class ProjectedLight:
 
     def fill(self, band: PsfBand, planes: Buffer) -> None:
         """Project the band from the scene's grid."""
-        projection, channels = self.optics.projection, self.optics.channels
+        psf, channels = self.optics.psf, self.optics.channels
+        assert psf is not None  # without it this pass does not run
+        projection = psf.sampled(self.optics.projection)
         project_planes(self.device, projection, self.scene, channels, planes, 0, band.layout, (band.x, band.y))
 
 

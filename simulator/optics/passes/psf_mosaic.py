@@ -159,9 +159,10 @@ def _project_layers(optics: OpticsPlan, device: Device, planes: Sequence[Buffer]
     layout = InterleavedColumns(over, part.height * over, -(-part.width // 2))
     covered = optics.defocus is not None and optics.has_coverage
     found, count, origin = [], channels + covered, (part.x, part.y)
+    sampled_by = _psf_of(optics).sampled(optics.projection)
     for buffer, radius in zip(planes, radii, strict=True):
         sampled = device.empty(layout.shape(count), np.float32)
-        project_planes(device, optics.projection, buffer, count, sampled, 0, layout, origin)
+        project_planes(device, sampled_by, buffer, count, sampled, 0, layout, origin)
         light = _split_phases(layout.decode(device.download(sampled, layout.shape(count), np.float32)), over, part)
         here = radius
         if isinstance(radius, np.ndarray):

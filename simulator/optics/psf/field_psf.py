@@ -13,6 +13,8 @@ from typing import Self
 
 import numpy as np
 
+from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.perspective import AIRY_ZERO
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.defocused_psf import DefocusedPsf
@@ -58,6 +60,7 @@ class FieldPsf:
     seen: how an error of gathered kernels shows in the scene. even_squares: whether light samples are even squares of the
         scene; else they are means of light that is smooth between them.
     skew: of the lens's spots, as of `Pupil.skew`.
+    footprint: of samples, one per photosite, that hold filter and open area (`Sampling.phases`); None: each is its own square.
     """
 
     lens_psf: WavefrontPsf | PsfTable | None
@@ -75,6 +78,7 @@ class FieldPsf:
     seen: Visibility | None = None
     even_squares: bool = False
     skew: tuple[float, float] = UPRIGHT
+    footprint: Footprint | None = None
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -93,6 +97,7 @@ class FieldPsf:
             bool(self.highlight_limits),
             self.even_squares,
             self.skew,
+            self.footprint,
         )
         return lens, repr(self.pupil), self.sampling, *places
 
@@ -145,7 +150,16 @@ class FieldPsf:
             return self.sampling.squares_reach_px(self.pitch_um)
         found = (self._slab_psf(slab) for slab in range(len(self.radii_px)))
         size = max(1 if lens is None else lens.size_px for lens in found)
-        return size // 2 + self.sampling.margin_px(self.pitch_um)
+        return size // 2 + self.sampling.margin_px(self.pitch_um, self.footprint)
+
+    @property
+    def sample_reach_px(self) -> int:
+        """Photosites to either side from which a sample has light."""
+        return 0 if self.footprint is None else math.ceil(self.footprint.reach_px - 0.5)
+
+    def sampled(self, projection: Projection) -> Projection:
+        """Return the resampling of a scene by the samples that kernels are applied to."""
+        return projection if self.footprint is None else replace(projection, footprint=self.footprint)
 
     @property
     def is_squares(self) -> bool:
@@ -242,7 +256,7 @@ class FieldPsf:
         else:
             cells, per_photosite = self._node_cells(slab, channel, node)
         band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
-        return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited)
+        return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited, self.footprint)
 
     def field_xy(self, row: int, column: int) -> tuple[float, float]:
         """Place of a node over the sensor's half diagonal, x to the right and y down from its middle."""

@@ -25,7 +25,7 @@ class LampSpots:
 
     def __init__(self, psf: FieldPsf, width_px: float, places: np.ndarray, *, is_tent: bool) -> None:
         self.psf, self.width_px, self.is_tent = psf, width_px, is_tent
-        self.reach_px = psf.reach_px + math.ceil(width_px * (1.0 if is_tent else 0.5)) + 1
+        self.reach_px = psf.reach_px + psf.sample_reach_px + math.ceil(width_px * (1.0 if is_tent else 0.5)) + 1
         self._few = len(set(places.tolist())) <= 2 * FINER * self._per_photosite
         self._lines: dict[float, np.ndarray] = {}
         self._halves: dict[tuple[int, int, int, float], np.ndarray] = {}

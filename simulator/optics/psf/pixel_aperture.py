@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.errors import require
+from simulator.optics.geometry.footprint import Footprint
 from simulator.units import Micrometres
 
 RINGING_PX = 12  # reach of the ringing of an aperture or filter that passes detail up to the band limit [photosites]
@@ -54,9 +55,9 @@ class Sampling:
         sampled = np.fft.ifft2(spectrum).real[first:size:per_photosite, first:size:per_photosite]
         return sampled * (cells.sum(dtype=np.float64) / sampled.sum())
 
-    def margin_px(self, pitch_um: float) -> int:
+    def margin_px(self, pitch_um: float, footprint: Footprint | None = None) -> int:
         """Photosites by which `phases` widens a kernel on each side."""
-        plain = self.fill_factor == 1.0 and self.low_pass_um == 0.0
+        plain = footprint is not None or (self.fill_factor == 1.0 and self.low_pass_um == 0.0)
         return 1 if plain else RINGING_PX + math.ceil(0.5 * self.low_pass_um / pitch_um)
 
     def cuts(self, pitch_um: float, over: int) -> list[float]:
@@ -83,7 +84,19 @@ class Sampling:
             line += 0.5 * np.maximum(last - first, 0.0) / width
         return np.array([down[:, None] * across[None, :] for down in line for across in line])
 
-    def phases(self, cells: np.ndarray, per_photosite: int, pitch_um: float, over: int, band_limited: bool) -> np.ndarray:
+    def footprint(self, pitch_um: float) -> Footprint:
+        """Squares over which photosites average light behind the filter."""
+        return Footprint(math.sqrt(self.fill_factor), self.low_pass_um / pitch_um)
+
+    def phases(
+        self,
+        cells: np.ndarray,
+        per_photosite: int,
+        pitch_um: float,
+        over: int,
+        band_limited: bool,
+        footprint: Footprint | None = None,
+    ) -> np.ndarray:
         """Kernels from light samples, over x over per photosite, to photosites: (over^2, size, size) float64.
 
         Light samples are means over their own width, so the transfer function of the kernels is that of the lens times that of
@@ -93,8 +106,10 @@ class Sampling:
         photosites; the signal is the sum over phases of their convolutions. All phases together have the sum of `cells`.
         cells: light of a point in each of odd x odd cells, per_photosite (odd) to a photosite and axis.
         band_limited: whether the cells are integrals of a function that is band-limited to their grid.
+        footprint: of one sample per photosite that holds filter and open area, whose squares beside them kernels undo; None: a
+            sample is the mean over its own square.
         """
-        matrices = _phase_matrices(self, len(cells), per_photosite, pitch_um, over, band_limited)
+        matrices = _phase_matrices(self, len(cells), per_photosite, pitch_um, over, band_limited, footprint)
         columns = [down @ cells for down in matrices]
         found = np.array([column @ across.T for column in columns for across in matrices])
         return found * (cells.sum(dtype=np.float64) / found.sum())
@@ -128,15 +143,24 @@ def _cycles(found_px: int, over: int) -> np.ndarray:
 
 @functools.lru_cache(maxsize=8)
 def _phase_matrices(
-    sampling: Sampling, count: int, per_photosite: int, pitch_um: float, over: int, band_limited: bool
+    sampling: Sampling,
+    count: int,
+    per_photosite: int,
+    pitch_um: float,
+    over: int,
+    band_limited: bool,
+    footprint: Footprint | None,
 ) -> list[np.ndarray]:
     """Matrices of one axis from cells to photosites, (photosites, count) float64, by place of the light samples.
 
     The transfer function is even, so that they are real.
     """
-    found_px = count // per_photosite + 2 * sampling.margin_px(pitch_um)
+    found_px = count // per_photosite + 2 * sampling.margin_px(pitch_um, footprint)
     cycles = _cycles(found_px, over)
-    transfer = sampling.transfer(cycles / pitch_um, pitch_um) / np.sinc(cycles / over)
+    if footprint is None:
+        transfer = sampling.transfer(cycles / pitch_um, pitch_um) / np.sinc(cycles / over)
+    else:
+        transfer = 1.0 / footprint.beside_transfer(cycles)
     transfer[[0, -1]] *= 0.5
     if band_limited:
         transfer /= np.sinc(cycles / per_photosite)

@@ -153,10 +153,7 @@ def _sampled_image(psf: FieldPsf, spots: LampSpots, place: tuple[float, float]) 
     kernels = np.pad(kernels, ((0, 0), *2 * [2 * [2 * spots.reach_px]]))  # spots may reach farther than twice a small kernel
     middle, found = len(kernels[0]) // 2, np.zeros(2 * [2 * spots.reach_px + 1])
     samples = np.arange(-over * (spots.reach_px - reach), over * (spots.reach_px - reach + 1))
-    down, across = (
-        shared_length(Sampling(), 1.0, samples + 0.5 - over * one, over * spots.width_px, is_tent=spots.is_tent)
-        for one in place
-    )
+    down, across = (_pixel_in_samples(psf, samples + 0.5 - over * one, over * spots.width_px, spots.is_tent) for one in place)
     for (y, in_y), (x, in_x) in itertools.product(zip(samples, down, strict=True), zip(samples, across, strict=True)):
         if in_y * in_x > 0.0:
             rows, columns = (
@@ -164,6 +161,13 @@ def _sampled_image(psf: FieldPsf, spots: LampSpots, place: tuple[float, float]) 
             )
             found += in_y * in_x * kernels[over * (y % over) + x % over, rows, columns]
     return found
+
+
+def _pixel_in_samples(psf: FieldPsf, away: np.ndarray, width: float, is_tent: bool) -> np.ndarray:
+    """Mean light of samples so far from the middle of a pixel of light 1 along an axis, same shape [samples]."""
+    if psf.footprint is not None:
+        return psf.footprint.of_pixel(away, width)
+    return shared_length(Sampling(), 1.0, away, width, is_tent=is_tent)
 
 
 def bent_light_error(sampling: Sampling, pitch_um: float, over: int, scale: float, bend: float) -> float:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TypeGuard
 
 import numpy as np
@@ -15,7 +16,7 @@ from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.psf.bent_light import kernel_bend_error
+from simulator.optics.psf.bent_light import fit_footprint, kernel_bend_error
 from simulator.optics.psf.field_psf import (
     FADE,
     FAR_AIRY,
@@ -48,6 +49,7 @@ SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
 BENT_SHARE = 0.25  # of the allowed error, for bends of light within samples that kernels divide
 KERNEL_SHARE = 0.5  # of it, for bends within samples that kernels of a lens spread; cores have the rest
+FOOTPRINT_SHARE = 0.8  # of the tolerance of the photograph, for the same of samples of a footprint
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
 WAVELENGTHS = {1: 7, 3: 3, 4: 3}  # per channel, by the number of channels
 
@@ -97,6 +99,7 @@ def plan_visible_psf(
     contrast: float,
     accuracy: Accuracy,
     bend: Callable[[], float],
+    whole: float,
     *,
     focus_px: float = 0.0,
     draws_lamps: bool,
@@ -104,7 +107,8 @@ def plan_visible_psf(
     """PSF of a shot, None where it has no visible effect, why it is left out, None where it is not, and lamps that are drawn.
 
     contrast: of `contrast_sigma`. weights: of `OpticsPlan`. bend: returns what `bent_light_error` takes.
-    focus_px: of `plan_psf`. draws_lamps: whether lamps may be.
+    whole: tolerance of the photograph, of which `accuracy` has that of each approximation. focus_px: of `plan_psf`.
+    draws_lamps: whether lamps may be, and samples have a footprint.
     Raises PhotositeError as `plan_psf`.
     """
     if contrast == 0.0:
@@ -118,7 +122,7 @@ def plan_visible_psf(
         over = _over_of_bends(psf, projection, accuracy, bend()) if projection.is_bilinear else 1  # one pixel: an even square
         psf = replace(psf, over=over)
     elif psf.by_distance and projection.is_bilinear and len(psf.radii_px) == 1:  # the device has slabs of photosites only
-        psf = replace(psf, over=_over_of_kernels(psf, projection, accuracy, bend(), camera.channels))
+        psf = _with_samples(psf, projection, accuracy, bend(), camera.channels, whole if draws_lamps else None)
     psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights), even_squares=_has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
@@ -176,14 +180,27 @@ def _over_of_bends(psf: FieldPsf, projection: Projection, accuracy: Accuracy, be
     return good[0] if good else counts[int(np.argmin(errors))]
 
 
-def _over_of_kernels(psf: FieldPsf, projection: Projection, accuracy: Accuracy, bend: float, channels: int) -> int:
-    """The same of a coarse scene's light behind a lens, which keep KERNEL_SHARE of it, or the error of the reference's rays."""
-    allowed = max(KERNEL_SHARE * accuracy.allowed, RAY_ERROR * accuracy.sigma)
-    most = psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER
-    for over in range(psf.over, min(most, MOST_OVER) + 1):
-        if bend * kernel_bend_error(replace(psf, over=over), projection.scale, channels) <= allowed:
-            return over
-    return max(psf.over, min(most, MOST_OVER))
+def _with_samples(
+    psf: FieldPsf, projection: Projection, accuracy: Accuracy, bend: float, channels: int, whole: float | None
+) -> FieldPsf:
+    """Return the PSF over the cheapest samples of a coarse scene's light that keep their part of the allowed error.
+
+    That is KERNEL_SHARE of it, and FOOTPRINT_SHARE of the tolerance of the photograph for samples of a footprint, beside which
+    other approximations cost little; or the error of the reference's rays. Those with the least error where none do.
+    whole: that tolerance; None: samples have no footprint.
+    """
+    rays, bends_as = RAY_ERROR * accuracy.sigma, partial(kernel_bend_error, scale=projection.scale, channels=channels)
+    most = min(psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER, MOST_OVER)
+    ways = [(replace(psf, over=over), KERNEL_SHARE * accuracy.allowed) for over in range(psf.over, max(psf.over, most) + 1)]
+    if whole is not None and projection.fits_footprint and most > 1:
+        one = replace(psf, over=1)
+        ways.insert(0, (replace(one, footprint=fit_footprint(one, channels)), FOOTPRINT_SHARE * whole * accuracy.sigma))
+    errors = []
+    for way, allowed in ways:
+        errors.append(bend * bends_as(way))
+        if errors[-1] <= max(allowed, rays):
+            return way
+    return ways[int(np.argmin(errors))][0]
 
 
 def _of_rest(accuracy: Accuracy, lamps: Lamps) -> Accuracy:

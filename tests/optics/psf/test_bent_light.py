@@ -12,7 +12,8 @@ from scipy.ndimage import map_coordinates
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.psf.bent_light import kernel_bend_error
+from simulator.optics.optics_planning import plan_optics
+from simulator.optics.psf.bent_light import fit_footprint, kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
@@ -32,6 +33,9 @@ def psf_of(f_number, over, sampling=None):
 @pytest.mark.parametrize(
     ("f_number", "over", "sampling"),
     [
+        (2.8, "footprint", None),
+        (8.0, "footprint", None),
+        (4.0, "footprint", Sampling(1.0, 5.0)),
         (2.8, 1, None),
         (8.0, 1, None),
         (8.0, 2, None),
@@ -42,7 +46,9 @@ def psf_of(f_number, over, sampling=None):
 )
 def test_kernels_over_samples_of_bilinear_light_keep_to_their_law(f_number, over, sampling, scale):
     """Random pixels through an Airy disk, spots and photosites by their spectra, against kernels on means over samples."""
-    psf = psf_of(f_number, over, sampling)
+    psf = psf_of(f_number, 1 if over == "footprint" else over, sampling)
+    if over == "footprint":
+        psf, over = dataclasses.replace(psf, footprint=fit_footprint(psf, 1)), 1
     pixels = np.random.default_rng(8).random((round(SIZE * scale) + 1, round(SIZE * scale) + 1))
     parts = PARTS if over == 1 else 24
     places = scale * (np.arange(SIZE * parts) + 0.5) / parts - 0.5
@@ -56,6 +62,9 @@ def test_kernels_over_samples_of_bilinear_light_keep_to_their_law(f_number, over
     spots = np.cos(np.pi * along * psf.sampling.low_pass_um / PITCH_UM)
     through = np.fft.ifft2(np.fft.fft2(light) * lens * np.outer(spots, spots)).real
     truth = through.reshape(SIZE, parts, SIZE, parts).mean(axis=(1, 3))
+    if psf.footprint is not None:
+        beside = spots * psf.footprint.beside_transfer(along)
+        light = np.fft.ifft2(np.fft.fft2(light) * np.outer(beside, beside)).real
     samples = light.reshape(SIZE, over, parts // over, SIZE, over, parts // over).mean(axis=(2, 5))
     found = np.zeros((SIZE, SIZE))
     for phase, kernel in enumerate(psf.kernel(0, 0, False, 0, 0)):
@@ -71,12 +80,22 @@ def test_kernels_over_samples_of_bilinear_light_keep_to_their_law(f_number, over
 
 
 def test_a_lens_in_focus_samples_coarse_light_as_finely_as_its_bends_ask():
-    """Detail of 0.45 pixels per photosite: one sample of each left 0.2 sigma, of which nothing was told."""
+    """Detail of 0.45 pixels per photosite: means over photosites left 0.2 sigma, of which nothing was told."""
     pixels = np.random.default_rng(2).random((20, 20))
     lens = dataclasses.replace(LENS, diffraction=True)
-    planned = plan(Shot(band_scene(pixels, 2.0), lens, Exposure(0.001), small_camera(44, 44)))
+    planned = plan(Shot(band_scene(pixels, 2.0), lens, Exposure(0.0003), small_camera(44, 44)))
     psf = planned.optics.psf
-    assert psf.over > 1 and psf.core is not None and not planned.error_budget.is_clamped
+    assert psf.over == 1 and psf.footprint is not None and psf.core is not None and not planned.error_budget.is_clamped
+    moving = plan_optics(planned.optics.scene, lens, planned.sensor, 0.1, draws_lamps=False).psf
+    assert moving.over > 1 and moving.footprint is None  # light that is swept first has samples of its own
+
+
+@pytest.mark.parametrize("f_number", [2.8, 8.0])
+def test_a_footprint_leaves_a_third_of_what_whole_photosites_leave(f_number):
+    """As little as samples of a third to a quarter of a photosite do."""
+    whole = psf_of(f_number, 1)
+    own = dataclasses.replace(whole, footprint=fit_footprint(whole, 1))
+    assert kernel_bend_error(own, 0.45, 1) < kernel_bend_error(whole, 0.45, 1) / 3.0
 
 
 def test_kernels_of_several_distances_state_what_bends_leave():

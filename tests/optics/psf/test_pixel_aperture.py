@@ -44,7 +44,7 @@ def test_a_low_pass_filter_over_squares_is_exact(scale, fill_factor, spots_px):
 
 
 @pytest.mark.parametrize(("fill_factor", "spots_px"), [(1.0, 0.7), (1.0, 0.967), (0.64, 0.45)])
-def test_a_low_pass_filter_over_a_coarse_scene_is_as_exact_as_is_told(fill_factor, spots_px):
+def test_a_low_pass_filter_over_a_sharp_coarse_scene_is_exact(fill_factor, spots_px):
     """Pixels of two photosites, light and dark, linear in between: whole photosites for samples were off by a sigma."""
     electrons, side = 2000.0, math.sqrt(fill_factor)
     pixels = 0.3 + 0.7 * (np.random.default_rng(7).random((SHAPE[0] // 2, SHAPE[1] // 2)) < 0.5)
@@ -60,8 +60,8 @@ def test_a_low_pass_filter_over_a_coarse_scene_is_as_exact_as_is_told(fill_facto
 
     truth = line(SHAPE[0], pixels.shape[0]) @ pixels @ line(SHAPE[1], pixels.shape[1]).T
     sigma = np.abs(found - truth)[INNER] * math.sqrt(electrons) / np.sqrt(truth[INNER])
-    told = planned.error_budget.predicted_sigma
-    assert 0.03 * told < np.quantile(sigma, 0.999) <= told < 1.0
+    assert planned.optics.psf is None and planned.error_budget.predicted_sigma == 0.0
+    assert sigma.max() < 2e-3  # of 64 points across the open area, which the truth is a mean of
 
 
 @pytest.mark.parametrize(("radius_px", "spots_px"), [(0.5, 0.5), (1.0, 0.6), (2.0, 0.6), (4.0, 0.5)])

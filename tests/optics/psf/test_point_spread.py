@@ -125,7 +125,8 @@ def test_a_flat_field_stays_flat(name):
     planes[-1, -1] = 2.0 * DIM
     camera = small_camera(1200, 720, cfa, window=Window(8, 6, 150, 130), **settings)
     planned = Shot(band_scene(planes, DEPTHS.get(depth, depth)), through, EXPOSURE, camera)
-    assert plan(planned).optics.psf is not None
+    optics = plan(planned).optics
+    assert optics.psf is not None or optics.projection.footprint is not None
     found = simulate(planned).mean_electrons.astype(np.float64)
     for y, x in ((0, 0), (0, 1), (1, 0), (1, 1)):
         colour = found[y::2, x::2]

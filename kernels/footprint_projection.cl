@@ -1,0 +1,65 @@
+// Projection of a scene coarser than the photosites, whose light is bilinear, where each photosite averages it over several squares
+// (simulator/optics/geometry/footprint.py): first across, at the columns of photosites, then down. The host lists the pixels that are
+// read along either axis. Beyond the scene's grid its edge pixels continue.
+//
+// planes:  (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
+// across:  (channels, 2, scene_rows, set_columns) float32, scene rows from first_row on, photosites in interleaved columns (OVER 1).
+// column_starts, row_starts: first pixel that a column or a row of photosites reads; all lie in the rows of `across` or beyond the grid.
+// column_shares: (READS, 2 set_columns) float32, row_shares: (READS, rows) float32: shares of the pixels from it on, with the sum 1.
+#include "conventions.h"
+#include "bilinear_area.h"
+#include "cfa.h"
+#include "interleaved_columns.h"
+
+// Dimension 0: columns of a set; 1: scene rows; 2: column sets of all channels.
+kernel void footprint_across(global const float *restrict planes, global float *restrict across, global const int *restrict column_starts,
+                             global const float *restrict column_shares, const uint scene_width, const uint scene_height,
+                             const uint first_row) {
+    const size_t columns = get_global_size(0), set = get_global_id(2), column = COLUMN_SETS * get_global_id(0) + set % COLUMN_SETS;
+    global const float *line = planes + (set / COLUMN_SETS * scene_height + first_row + get_global_id(1)) * scene_width;
+    const int start = column_starts[column];
+    const float own = line[clamped(start + READS / 2, scene_width)];
+    float more = 0.0f; // than `own`, so that even light stays even
+    __attribute__((opencl_unroll_hint(READS)))
+    for (int i = 0; i < READS; i++)
+        more += column_shares[COLUMN_SETS * columns * i + column] * (line[clamped(start + i, scene_width)] - own);
+    across[row_start(set, get_global_id(1), get_global_size(1), columns) + get_global_id(0)] = own + more;
+}
+
+// Light of one photosite, of a column set of a channel.
+INLINE float footprint_down(global const float *across, global const int *row_starts, global const float *row_shares, const size_t set,
+                            const size_t row, const size_t rows, const size_t column, const size_t columns, const uint scene_height,
+                            const uint first_row, const uint scene_rows) {
+    global const float *lines = across + row_start(set, 0, scene_rows, columns) + column;
+    const int start = row_starts[row];
+    const float own = lines[columns * (size_t)(clamped(start + READS / 2, scene_height) - (int)first_row)];
+    float more = 0.0f;
+    __attribute__((opencl_unroll_hint(READS)))
+    for (int j = 0; j < READS; j++)
+        more += row_shares[rows * j + row] * (lines[columns * (size_t)(clamped(start + j, scene_height) - (int)first_row)] - own);
+    return own + more;
+}
+
+// sampled: (planes, 2, rows, set_columns) float32, written from first_plane on. Dimension 0: columns of a set; 1: rows of photosites;
+// 2: column sets of all channels.
+kernel void footprint_planes(global const float *restrict across, global float *restrict sampled, global const int *restrict row_starts,
+                             global const float *restrict row_shares, const uint first_plane, const uint scene_height,
+                             const uint first_row, const uint scene_rows) {
+    const size_t columns = get_global_size(0), rows = get_global_size(1), set = get_global_id(2);
+    sampled[row_start(COLUMN_SETS * first_plane + set, get_global_id(1), rows, columns) + get_global_id(0)] =
+        footprint_down(across, row_starts, row_shares, set, get_global_id(1), rows, get_global_id(0), columns, scene_height, first_row,
+                       scene_rows);
+}
+
+// mosaic: (height, width) float32, each photosite's own colour, written from mosaic_row on. Dimension 0: columns of a set; 1: rows of
+// photosites; 2: column sets of one plane.
+kernel void footprint_mosaic(global const float *restrict across, global float *restrict mosaic, global const int *restrict row_starts,
+                             global const float *restrict row_shares, const uint mosaic_row, const uint width, const uint scene_height,
+                             const uint first_row, const uint scene_rows) {
+    const size_t column = COLUMN_SETS * get_global_id(0) + get_global_id(2), row = mosaic_row + get_global_id(1);
+    const size_t set = COLUMN_SETS * cfa_plane((uint)column, (uint)row) + get_global_id(2);
+    if (column >= width) return;
+    mosaic[row * width + column] =
+        footprint_down(across, row_starts, row_shares, set, get_global_id(1), get_global_size(1), get_global_id(0), get_global_size(0),
+                       scene_height, first_row, scene_rows);
+}

@@ -1,0 +1,134 @@
+"""Projects a coarse scene onto photosites that average it over several squares (kernels/footprint_projection.cl)."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from simulator.device import Buffer, Device
+from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
+from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.cfa import Cfa
+
+FILE = "footprint_projection.cl"
+BAND_ROWS = 256  # photosites whose scene rows are read across at a time
+
+
+class SceneGrid(Protocol):
+    """Where photosites lie in the pixels of a scene, as `Projection` has it."""
+
+    @property
+    def scale(self) -> float:
+        """Scene pixels per photosite."""
+
+    @property
+    def offset_x(self) -> float:
+        """Scene position of the sensor's left border [px]."""
+
+    @property
+    def offset_y(self) -> float:
+        """Scene position of the sensor's upper border [px]."""
+
+    @property
+    def scene_width(self) -> int:
+        """Width of the scene's grid [px]."""
+
+    @property
+    def scene_height(self) -> int:
+        """Height of the scene's grid [px]."""
+
+
+@dataclass(frozen=True)
+class _AcrossLines:
+    """Scene rows that rows of photosites read, read across at the columns of photosites.
+
+    lines: (channels, 2, scene_rows, set columns) float32, from scene row first_row on. starts, shares: of rows of photosites.
+    """
+
+    lines: Buffer
+    first_row: int
+    scene_rows: int
+    starts: Buffer
+    shares: Buffer
+
+    def arguments(self, projection: SceneGrid) -> dict[str, object]:
+        """Arguments that the kernels which read down have in common."""
+        return {
+            "across": self.lines,
+            "row_starts": self.starts,
+            "row_shares": self.shares,
+            "scene_height": projection.scene_height,
+            "first_row": self.first_row,
+            "scene_rows": self.scene_rows,
+        }
+
+
+def project_footprint(
+    device: Device, projection: SceneGrid, footprint: Footprint, cfa: Cfa, window: Window, planes: Buffer, mosaic: Buffer
+) -> None:
+    """Enqueue the sharp image of one surface in each photosite's own colour. mosaic: (height, width) float32 of a window."""
+    channels, defines = 1 + max(cfa.colors), {**cfa.macros(window.x, window.y), **_defines(projection, footprint)}
+    kernel = device.kernel("footprint_mosaic", defines, file=FILE)
+    for first in range(0, window.height, BAND_ROWS):
+        rows = min(BAND_ROWS, window.height - first)
+        layout = InterleavedColumns.holding(1, rows, window.width)
+        band = _read_across(device, projection, footprint, planes, channels, layout, (window.x, window.y + first), rows)
+        size, settings = (layout.set_columns, rows, 2), {"mosaic_row": first, "width": window.width}
+        device.run(kernel, size, None, mosaic=mosaic, **settings, **band.arguments(projection))
+
+
+def project_footprint_planes(
+    device: Device,
+    projection: SceneGrid,
+    footprint: Footprint,
+    planes: Buffer,
+    count: int,
+    sampled: Buffer,
+    first_plane: int,
+    layout: InterleavedColumns,
+    origin: tuple[int, int],
+) -> None:
+    """Enqueue the projection of all channels onto the photosites of a layout; arguments as of `project_planes`."""
+    columns, height, sets = layout.work_size(count)
+    band = _read_across(device, projection, footprint, planes, count, layout, origin, height)
+    kernel = device.kernel("footprint_planes", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint)}, file=FILE)
+    size, written = (columns, height, sets), {"sampled": sampled, "first_plane": first_plane}
+    device.run(kernel, size, None, **written, **band.arguments(projection))
+
+
+def _read_across(
+    device: Device,
+    projection: SceneGrid,
+    footprint: Footprint,
+    planes: Buffer,
+    count: int,
+    layout: InterleavedColumns,
+    origin: tuple[int, int],
+    rows: int,
+) -> _AcrossLines:
+    """Enqueue the reading across for so many rows of photosites from an origin on."""
+    places = (projection.offset_x, origin[0], 2 * layout.set_columns), (projection.offset_y, origin[1], rows)
+    (columns, shares), (starts, down) = (footprint.pixel_shares(projection.scale, *axis) for axis in places)
+    last = projection.scene_height - 1
+    first_row, last_row = (int(np.clip(row, 0, last)) for row in (starts[0], starts[-1] + len(down) - 1))
+    scene_rows, sets = last_row - first_row + 1, 2 * count
+    lines = device.empty((sets, scene_rows, layout.set_columns), np.float32)
+    kernel = device.kernel("footprint_across", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint)}, file=FILE)
+    device.run(
+        kernel,
+        (layout.set_columns, scene_rows, sets),
+        None,
+        planes=planes,
+        across=lines,
+        column_starts=device.upload(columns),
+        column_shares=device.upload(shares),
+        scene_width=projection.scene_width,
+        scene_height=projection.scene_height,
+        first_row=first_row,
+    )
+    return _AcrossLines(lines, first_row, scene_rows, device.upload(starts), device.upload(down))
+
+
+def _defines(projection: SceneGrid, footprint: Footprint) -> dict[str, object]:
+    return {"OVER": 1, "BENDS": 1, "READS": footprint.reads(projection.scale)}
