@@ -1,10 +1,12 @@
 """The audit of the promise: random shots against the reference path, their errors beside those that the plans state.
 
     python benchmarks/audit --shots 200 --seed 1 [--jobs 1] [--out build/benchmarks] [--fresh]
+    python benchmarks/audit --shots 65 --seed 2 --only cost
     python benchmarks/audit --seed 1 --write 17 --out FOLDER
     python benchmarks/audit --laws
 
-A run that was stopped goes on where it was: each shot is a line of audit_SEED.jsonl. `--write` writes one shot as a shot file
+A run that was stopped goes on where it was: each shot is a line of audit_SEED.jsonl. `--only cost` takes the times alone, into
+cost_SEED.jsonl. `--write` writes one shot as a shot file
 with its arrays. `--laws` measures laws of small blur circles against float64, without shots. The audit stands apart from the
 other benchmarks because `make benchmark` runs those without arguments.
 Exit status: 0 the promise is kept, 1 it is not.
@@ -23,27 +25,34 @@ from rich.table import Table
 
 from audit.blur_laws import measure_laws
 from audit.chart import draw_chart
+from audit.costs import measure_cost, read_costs, show_costs
 from audit.drawn_shots import draw_shot
 from audit.measured_shot import METHODS, TRUTH_S, Record, measure_shot
-from audit.records import append, read_records
+from audit.records import append, read_numbers, read_records
 from audit.shot_truth import NoTruthError
 from audit.summary import summarise, tightness, verdicts
 from simulator.device import open_device
 
 
-def take(seed: int, number: int, truth_s: float = TRUTH_S) -> dict:
-    """Draw and measure a shot; returns its line, or that of its failure, or of the reference path's refusal."""
+def take(seed: int, number: int, truth_s: float | None = TRUTH_S) -> dict:
+    """Draw and measure a shot; returns its line, or that of its failure, or of the reference path's refusal.
+
+    truth_s: processor time for the rays of its truth [s]; None: only its cost is measured.
+    """
     try:
         with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
-            return measure_shot(draw_shot(seed, number), Path(folder), open_device(None), truth_s).as_json()
+            drawn, device = draw_shot(seed, number), open_device(None)
+            if truth_s is None:
+                return measure_cost(drawn, Path(folder), device).as_json()
+            return measure_shot(drawn, Path(folder), device, truth_s).as_json()
     except NoTruthError as error:
         return {"seed": seed, "number": number, "refused": str(error)}
     except Exception as error:  # noqa: BLE001  a shot that fails breaks the promise, and the others are taken
         return {"seed": seed, "number": number, "error": f"{type(error).__name__}: {error}"}
 
 
-def take_all(seed: int, numbers: list[int], jobs: int, truth_s: float, path: Path, console: Console) -> None:
-    """Take shots, each a line of a file, in as many processes."""
+def take_all(seed: int, numbers: list[int], jobs: int, truth_s: float | None, path: Path, console: Console) -> None:
+    """Take shots, each a line of a file, in as many processes. truth_s: as of `take`."""
     with Progress(console=console) as progress:
         task = progress.add_task("shots", total=len(numbers))
         if jobs == 1:
@@ -105,6 +114,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--truth-seconds", type=float, default=TRUTH_S, help="processor time for the rays of a shot's truth")
     parser.add_argument("--out", type=Path, default=Path("build/benchmarks"))
+    parser.add_argument("--only", choices=["cost"], help="predicted times beside measured ones, without truths")
     parser.add_argument("--fresh", action="store_true", help="forget the shots that were taken before")
     parser.add_argument("--write", type=int, metavar="N", help="write shot N as a shot file into --out and end")
     parser.add_argument("--laws", action="store_true", help="measure laws of small blur circles and end")
@@ -116,13 +126,13 @@ def main() -> int:
         console.print(str(draw_shot(options.seed, options.write).write(options.out)))
         return 0
     options.out.mkdir(parents=True, exist_ok=True)
-    path = options.out / f"audit_{options.seed}.jsonl"
+    path = options.out / f"{options.only or 'audit'}_{options.seed}.jsonl"
     if options.fresh:
         path.unlink(missing_ok=True)
-    records, failed, refused = read_records(path)
-    done = {one.number for one in records} | failed.keys() | refused.keys()
-    missing = [number for number in range(options.shots) if number not in done]
-    take_all(options.seed, missing, options.jobs, options.truth_seconds, path, console)
+    missing = sorted(set(range(options.shots)) - read_numbers(path))
+    take_all(options.seed, missing, options.jobs, None if options.only else options.truth_seconds, path, console)
+    if options.only:
+        return 0 if show_costs(read_costs(path), console) else 1
     records, failed, refused = read_records(path)
     console.print(f"{len(records)} shots; {len(refused)} more are not taken")
     good = show(records, failed, refused, console)

@@ -29,6 +29,12 @@ def read_records(path: Path) -> tuple[list[Record], dict[int, str], dict[int, st
     return found, failed, refused
 
 
+def read_numbers(path: Path) -> set[int]:
+    """Return the numbers of the shots that have a line in a file; none of a file that is missing."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return {json.loads(line)["number"] for line in lines}
+
+
 def append(path: Path, data: dict) -> None:
     """Add a line."""
     with path.open("a", encoding="utf-8") as lines:

@@ -14,18 +14,19 @@ from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
 from simulator.optics.geometry.motion_cost import (
-    AGAIN,
     DRIFTING,
     FOUR_READ,
-    OCCLUDING_AGAIN,
     SHIFT_MARGIN_PX,
     instants_cost_ms,
+    instants_of,
     moving_cost_ms,
     part_work,
     sweep_cost_ms,
 )
 from simulator.optics.geometry.motion_errors import MOTION
 from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
+from simulator.optics.geometry.projection_cost import projection_work
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.veiling_glare import GLARE
@@ -52,6 +53,7 @@ LEAST_MS = 0.13  # the same of a pass that is not listed
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
     "scene planes": 0.15,  # per scene pixel, spectral band and colour
+    "scene colours": 0.5,  # per scene pixel and colour
     "projection": 1.6,  # for each point that a photosite averages
     "footprint": 5.0,  # of several squares
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
@@ -135,7 +137,7 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
     height, width, bands = scene.planes.shape
     size, surfaces = height * width * len(scene.layers), len(scene.layers)
     method = f"{surfaces} x {width} x {height} scene pixels, {bands} planes -> {optics.channels} colours"
-    cost = _ms(size * bands * optics.channels, COST_NS["scene planes"], "scene planes")
+    cost = _ms(size * optics.channels, bands * COST_NS["scene planes"] + COST_NS["scene colours"], "scene planes")
     return Pass("scene planes", True, method, size, 2 * scene.planes.nbytes, cost_ms=cost)
 
 
@@ -143,6 +145,10 @@ def _projection(optics: OpticsPlan) -> Pass:
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
     projection, pixels = optics.projection, pixels_of(optics)
+    if projection.warp is not None or projection.pose is not None:
+        work = projection_work(projection, 1, pixels)
+        cost = LEAST_MS + 1e-6 * sum(PROJECTION_NS[name] * count for name, count in work.items())
+        return Pass("projection", True, "mean over each photosite's area, which is tilted", pixels, 4 * pixels, cost_ms=cost)
     if projection.taps(projection.open_side):
         reads = projection.taps(projection.open_side) ** 2
         method, cost = "exact mean over each photosite's area", _ms(pixels * reads, COST_NS["projection pixel"])
@@ -182,15 +188,12 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) 
             optics.accuracy.ray_error,
             _ms(pixels, COST_NS["rays"]),
         )
-    from simulator.optics.defocus.predicted_cost import assumed_work, cost_ms  # a sharp frame has no tiles
+    from simulator.optics.defocus.predicted_cost import cost_ms  # a sharp frame has no tiles
+    from simulator.optics.passes.blur_work import unmeasured_work, work_of
 
     if tiles is None:
-        several = _may_occlude(optics)
-        planes = optics.channels + optics.has_coverage
-        work, methods = assumed_work(defocus, pixels, planes, OCCLUDING * several), "methods by tile not measured yet"
+        work, methods = unmeasured_work(optics, OCCLUDING * _may_occlude(optics)), "methods by tile not measured yet"
     else:
-        from simulator.optics.passes.blur_work import work_of
-
         work = work_of(tiles)
         methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
@@ -238,13 +241,13 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         error = sum((one.error_sigma for one in still if one.kept and one.error_sigma), error or 0.0) or None
     if motion.method == "instants":
         count = motion.count if motion.is_common else len(motion.shared_nodes())
-        cost = _instants_ms(optics, motion, still)
+        cost = _instants_ms(optics, motion, budget)
         told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
         memory = 8 * pixels + sum(one.memory_bytes for one in still)
         why = f", since {motion.reason}" if motion.reason else ""
         return Pass(name, True, f"sum of the image at {count} instants{why}: {told}", pixels, memory, error, cost)
     if motion.method == "joint":
-        cost = moving_cost_ms(pixels, len(motion.path.motion.surfaces))
+        cost = _moving_ms(optics)
         if optics.samples_shifted_layers:
             points = optics.shifted_points
             each = 1.0 if optics.reads_rows else FOUR_READ
@@ -273,7 +276,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         return Pass(name, True, method, pixels, 4 * pixels, error, cost)
     key, reads = ("sweep by place", 1.0) if projection.is_bilinear else ("sweep by part", part_work(projection))
     if optics.sweeps_rows:
-        key, reads = "sweep", max(projection.taps(1.0), 2) / 2
+        key, reads = "sweep", 1.2 * projection.taps(1.0) if projection.is_fine else 1.0
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
             key = "even sweep"
     planes = 2 * optics.moving_layers - (optics.moving_layers == layers)  # light and coverage of what is read at each instant
@@ -295,6 +298,18 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
 
 
+def _moving_ms(optics: OpticsPlan) -> float:
+    """Time of points of the aperture that carry instants, with the samples that they read."""
+    from simulator.optics.defocus.predicted_cost import cost_ms
+    from simulator.optics.passes.blur_work import unmeasured_samples
+
+    assert optics.motion is not None  # something moves
+    window, colors = optics.blur_window(), 1 if optics.psf is None else len(optics.cfa.colors)
+    pixels = colors * window.width * window.height
+    points_ms = moving_cost_ms(pixels, len(optics.motion.path.motion.surfaces))
+    return points_ms + cost_ms(unmeasured_samples(optics))
+
+
 def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
     """Return a pass of blur or motion that runs once for each colour of a large filter pattern."""
     if not one.kept:
@@ -309,18 +324,17 @@ def _may_occlude(optics: OpticsPlan) -> bool:
     return len(optics.scene.layers) > 1 or optics.contrast.has_steps
 
 
-def _instants_ms(optics: OpticsPlan, motion: MotionPlan, still: tuple[Pass, ...]) -> float:
-    """Time of the image at each instant. still: its passes at rest, whose launches count with each instant."""
-    from simulator.optics.defocus.predicted_cost import COST_NS as BLUR_NS
-    from simulator.optics.defocus.predicted_cost import POINT_LAUNCHES
-
-    kept = {one.name: one.cost_ms for one in still if one.kept}
-    if "defocus" not in kept or optics.accuracy.tolerance == 0.0:
-        return instants_cost_ms(motion, AGAIN * sum(kept.values()))
-    launches_ms = 1e-6 * BLUR_NS["launches"] * (1.0 + POINT_LAUNCHES * _may_occlude(optics))
-    again = OCCLUDING_AGAIN if _may_occlude(optics) else AGAIN
-    blur_ms = again * max(kept.pop("defocus") - launches_ms, 0.0)
-    return instants_cost_ms(motion, AGAIN * sum(kept.values()) + blur_ms, launches_ms)
+def _instants_ms(optics: OpticsPlan, motion: MotionPlan, budget: ErrorBudget) -> float:
+    """Time of the image at each instant, over the lines that it lights, of a scene that is posed and measured anew."""
+    window, axis = optics.window, motion.path.lines.axis
+    nodes, lit = instants_of(motion, window.height)
+    part = replace(window, height=lit) if axis == "rows" else window
+    still = replace(
+        optics, projection=replace(optics.projection, pose=(0.0,) * 10), motion=None, flash_motion=None, window=part
+    )
+    defocus = _defocus(still, None, budget)
+    each = (_projection(still), _radius_statistics(still, defocus), defocus, psf_pass(still, budget, None))
+    return instants_cost_ms(nodes, sum(one.cost_ms for one in each))
 
 
 def _veiling_glare(optics: OpticsPlan, budget: ErrorBudget) -> Pass:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from simulator.optics.defocus.predicted_error import BLUR
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import split_into_bands
+from simulator.optics.passes.psf_work import gathered_work, transformed_work
 from simulator.optics.psf import psf_cost
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.kernel_split import Core
@@ -59,7 +60,7 @@ def _transformed_psf(optics: OpticsPlan, psf: FieldPsf, places: str, error: floa
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
-    cost = psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels))
+    cost = psf_cost.cost_ms(transformed_work(optics, psf))
     return Pass("point spread function", True, method, pixels, bytes_each * pixels, error, cost)
 
 
@@ -83,7 +84,7 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, er
         pixels,
         bytes_each * pixels,
         error,
-        psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels)),
+        psf_cost.cost_ms(gathered_work(optics, psf)),
         _gather_bytes(optics, psf, core),
     )
 

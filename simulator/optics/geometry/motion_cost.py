@@ -3,6 +3,7 @@
 The nanoseconds are processor time of all cores over two, of the reference machine of `simulator.pipeline.passes`.
 """
 
+import math
 from dataclasses import replace
 
 from simulator.optics.geometry.motion_plan import MotionPlan
@@ -17,16 +18,14 @@ COST_NS = {
     "sweep by vector": 100.0,  # for each photosite and instant, where each pixel moves by itself
     "sweep by place": 6.0,  # for each photosite, instant and layer of light that is bilinear between pixels
     "sweep by part": 5.2,  # for each photosite, instant, layer, and upright part of a tilted photosite
-    "moving launches": 8.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
+    "moving launches": 3.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
     "moving points": 550.0,  # for each photosite and surface
-    "instant": 3.0e6,  # of each instant at which the optics run
+    "instant": 1.0e6,  # of each instant at which the optics run: its pose and its weights
 }
 PART_READ, AT_ONCE = 0.21, 2.0  # of the time of a part, for each scene pixel that it may touch; reads of a bilinear value
 SHIFT_MARGIN_PX = 5.0  # by which a path counts as longer
 FOUR_READ = 2.0  # times what layers that shift take, where points of aperture and time read between four pixels
 DRIFTING = 1.5  # times what layers that shift take, where displacements change along a row
-AGAIN = 3.0  # times what the image at rest takes, since places of a picture that is turned are found one by one
-OCCLUDING_AGAIN = 35.0  # the same of a blur of surfaces that hide each other, whose blocks are not measured before
 
 
 def sweep_cost_ms(key: str, count: float) -> float:
@@ -46,11 +45,17 @@ def moving_cost_ms(pixels: int, surfaces: int) -> float:
     return 1e-6 * (COST_NS["moving launches"] + COST_NS["moving points"] * pixels * surfaces)
 
 
-def instants_cost_ms(motion: MotionPlan, each_ms: float, launches_ms: float = 0.0) -> float:
-    """Return the predicted time of running the optics at each instant [ms].
+def instants_of(motion: MotionPlan, lines: int) -> tuple[int, int]:
+    """Return at how many instants the optics run, and how many of the lines each of them lights.
 
-    each_ms: of the passes of one, over all lines, without launches. launches_ms: of the blur of one. Where lines open one
-    after the other they share instants, each of which lights a part of the lines.
+    Where lines open one after the other they share instants.
     """
-    nodes, lit = (motion.count, motion.count) if motion.is_common else (len(motion.shared_nodes()), motion.even_count)
-    return (1e-6 * COST_NS["instant"] + launches_ms) * nodes + lit * each_ms
+    if motion.is_common:
+        return motion.count, lines
+    nodes = len(motion.shared_nodes())
+    return nodes, min(math.ceil(lines * motion.even_count / nodes), lines)
+
+
+def instants_cost_ms(nodes: int, each_ms: float) -> float:
+    """Return the predicted time of running the optics at so many instants [ms]. each_ms: of the passes of one."""
+    return (1e-6 * COST_NS["instant"] + each_ms) * nodes

@@ -7,19 +7,24 @@ import math
 from collections.abc import Mapping
 
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.lamps import Lamps, lie_alike
 
 COST_NS = {
     "gathers": 1.2e6,  # of a frame that the device gathers: launches and kernels
     "corrections": 5.0e6,  # of a frame whose blur is corrected to wave optics, or that is gathered by distance: their kernels
+    "copies": 0.7,  # for each sample of a colour behind the geometric blur
     "light": 15.0,  # for each photosite
-    "taps": 0.08,  # for each photosite and sample of light that it gathers
+    "taps": 0.018,  # for each photosite and sample of light that it gathers
+    "distance taps": 0.15,  # the same of each of the kernels by distance that reach it
     "transforms": 1.2e6,  # of a frame that the host transforms
     "lamps": 20.0,  # for each photosite of the image of a lamp
     "samples": 22.0,  # for each sample of a frame with its margins, colour and slab of blur radius that is transformed
+    **PROJECTION_NS,
 }
 
+CUBIC, PART_PX = 4, 32  # slabs that share the light of a radius; columns of the parts whose slabs are listed
 INTERPOLATED = 6.0  # times the work of a lamp whose image is computed for its own place, in each colour
 
 Work = dict[str, float]  # counts, by key of COST_NS
@@ -30,15 +35,20 @@ def cost_ms(work: Mapping[str, float]) -> float:
     return 1e-6 * sum(COST_NS[name] * count for name, count in work.items())
 
 
-def psf_work(psf: FieldPsf, width_px: int, height_px: int, channels: int) -> Work:
-    """Return the work of a window of so many photosites."""
-    if psf.core is None:
-        side = 2 * psf.reach_px
-        samples = (width_px + side) * (height_px + side) * psf.over**2 * channels * len(psf.radii_px)
-        return {"transforms": 1.0, "samples": float(samples)}
-    pixels = float(width_px * height_px)
+def gather_work(psf: FieldPsf, pixels: int) -> Work:
+    """Return the work of photosites, those of whole tiles, whose light the device gathers; without that of its samples."""
     extra = float(bool(psf.corrected_px) or psf.is_gathered_by_distance)
-    return {"gathers": 1.0, "corrections": extra, "light": pixels, "taps": pixels * gathered_samples(psf)}
+    found = {"gathers": 1.0, "corrections": extra, "light": float(pixels), "taps": pixels * gathered_samples(psf)}
+    if psf.core is not None and psf.is_gathered_by_distance:
+        found["distance taps"] = pixels * reaching_kernels(psf) * (2 * psf.core.reach_px + 1) ** 2
+    return found
+
+
+def transform_work(psf: FieldPsf, width_px: int, height_px: int, channels: int) -> Work:
+    """Return the work of a window of so many photosites whose light the host transforms; without that of its projection."""
+    side = 2 * psf.reach_px
+    samples = (width_px + side) * (height_px + side) * psf.over**2 * channels * len(psf.radii_px)
+    return {"transforms": 1.0, "samples": float(samples)}
 
 
 def lamp_work(psf: FieldPsf, projection: Projection, lamps: Lamps, channels: int) -> Work:
@@ -49,10 +59,10 @@ def lamp_work(psf: FieldPsf, projection: Projection, lamps: Lamps, channels: int
 
 
 def gathered_samples(psf: FieldPsf) -> float:
-    """Return how many samples of light a photosite gathers through the kernels of a PSF with a core."""
+    """Return how many samples of light a photosite gathers through the kernels of a PSF with a core, but those by distance."""
     core = psf.core
     assert core is not None  # else the host transforms the light
-    taps = float((psf.over * (2 * core.reach_px + 1)) ** 2)
+    taps = 0.0 if psf.is_gathered_by_distance else float((psf.over * (2 * core.reach_px + 1)) ** 2)
     if core.arm_px > core.reach_px:
         taps += 4 * core.arm_px
     if core.has_tail:
@@ -60,4 +70,15 @@ def gathered_samples(psf: FieldPsf) -> float:
     taps *= 4 if psf.nodes != (1, 1) else 1
     if psf.corrected_px:
         taps += 2 * (2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1) ** 2
-    return 2 * taps if psf.is_gathered_by_distance else taps
+    return taps
+
+
+def reaching_kernels(psf: FieldPsf) -> float:
+    """Return how many kernels by distance reach a photosite, of a scene whose blur radius varies evenly across the sensor.
+
+    Cubics take four slabs around each radius.
+    """
+    core = psf.core
+    assert core is not None  # else the host transforms the light
+    seen = min((2 * core.reach_px + PART_PX) / psf.sensor_px[0], 1.0)
+    return min(CUBIC + (len(psf.radii_px) - CUBIC) * seen, len(psf.radii_px))

@@ -12,39 +12,53 @@ from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
-from simulator.optics.geometry.motion_cost import COST_NS, instants_cost_ms, moving_cost_ms, sweep_cost_ms
+from simulator.optics.geometry.motion_cost import COST_NS, instants_cost_ms, instants_of, moving_cost_ms, sweep_cost_ms
 from simulator.optics.lens.distortion import Distortion
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
 
-def summed(**settings):
-    """Plan of a slope in depth that is blurred at each instant of a pan."""
+def planned_shot(**settings):
+    """A slope in depth that is blurred at each instant of a pan."""
     slope_m = np.linspace(1.6, 2.4, 32)[None, :].repeat(24, axis=0).astype(np.float32)
     scene = band_scene(np.random.default_rng(1).random((24, 32)), slope_m)
     exposure = Exposure(0.001, **settings)
-    shot = Shot(scene, LENS, exposure, small_camera(32, 24), motion=Motion(camera=SteadyMotion(pan_deg_per_s=40.0)))
-    planned = plan(shot)
+    return Shot(scene, LENS, exposure, small_camera(32, 24), motion=Motion(camera=SteadyMotion(pan_deg_per_s=40.0)))
+
+
+def summed(**settings):
+    """Plan of it."""
+    planned = plan(planned_shot(**settings))
     assert planned.optics.motion is not None and planned.optics.motion.method == "instants"
     return planned
 
 
 def test_each_instant_has_its_launches():
     motion = summed().optics.motion
-    cost = instants_cost_ms(motion, 0.0)
-    assert motion.count > 1 and cost == pytest.approx(1e-6 * COST_NS["instant"] * motion.count)
-    assert instants_cost_ms(motion, 2.0) == pytest.approx(cost + 2.0 * motion.count)
+    nodes, lines = instants_of(motion, 24)
+    assert (nodes, lines) == (motion.count, 24) and nodes > 1
+    cost = instants_cost_ms(nodes, 0.0)
+    assert cost == pytest.approx(1e-6 * COST_NS["instant"] * nodes)
+    assert instants_cost_ms(nodes, 2.0) == pytest.approx(cost + 2.0 * nodes)
     told = next(one.cost_ms for one in summed().passes if one.name == "motion")
     assert told > cost
 
 
 def test_lines_that_open_one_after_the_other_have_more_instants():
+    """Each of which lights a part of the lines."""
     common, rolling = summed().optics.motion, summed(shutter=RollingShutter(0.01)).optics.motion
-    assert len(rolling.shared_nodes()) > rolling.count
-    ratio = instants_cost_ms(rolling, 0.0) / instants_cost_ms(common, 0.0)
-    assert ratio == pytest.approx(len(rolling.shared_nodes()) / common.count)
-    again = dataclasses.replace(rolling, even_count=2 * rolling.even_count)
-    assert instants_cost_ms(again, 0.0) > instants_cost_ms(rolling, 0.0)
+    nodes, lines = instants_of(rolling, 24)
+    assert nodes == len(rolling.shared_nodes()) > rolling.count > 0
+    assert 24 * rolling.even_count <= nodes * lines < 24 * nodes and instants_of(common, 24)[1] == 24
+
+
+def test_an_instant_takes_the_time_of_a_turned_picture():
+    """Its places are found one by one, of the light of bands with their margins."""
+    planned = summed()
+    motion = next(one.cost_ms for one in planned.passes if one.name == "motion")
+    still = plan(dataclasses.replace(planned_shot(), motion=None))
+    at_rest = next(one.cost_ms for one in still.passes if one.name == "defocus")
+    assert motion > 1.2 * at_rest * planned.optics.motion.count
 
 
 def test_swept_frames_and_moving_points_grow_with_the_photosites():
