@@ -8,7 +8,6 @@ import numpy as np
 from simulator.optics.defocus.joint_errors import TIGHTER, sampled_detail
 from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
 from simulator.optics.defocus.predicted_error import (
-    RAY_SAMPLES,
     RAYS,
     error_terms,
     ignored_error,
@@ -98,7 +97,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     blur = optics.moving_blur
     if blur is None:
         terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=optics.projection.scale)
-    elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not optics.projection.whole_pixels(range(2, RAY_SAMPLES + 1))):
+    elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not _rays_meet_pixels(optics)):
         terms += ray_terms(blur)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast)
@@ -141,6 +140,11 @@ def _rows_between(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     return [ErrorTerm(MOTION, f"reads at the nearest of {PHASES} places between rows", more, TIGHTER)]
 
 
+def _rays_meet_pixels(optics: OpticsPlan) -> bool:
+    """Whether samples that rays meet divide the pixels of the scene, so that each of them lies in one."""
+    return bool(optics.projection.whole_pixels(range(1, optics.accuracy.ray_samples + 1)))
+
+
 def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     """Term of layers that are composited photosite by photosite, or sample by sample, at each instant of a motion.
 
@@ -167,6 +171,10 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
         if min(ends) > SMALL_PX:
             return []
         over = max(int(optics.defocus.samples_per_axis(np.array([min(ends)]), np.array([max(ends)]))[0]), 1)
+        if optics.tolerance == 0.0:  # rays meet one layer after the other
+            if _rays_meet_pixels(optics):
+                return []
+            over = accuracy.ray_samples
     scale = optics.projection.scale / over
     key = "mixed edges", freeze(optics.weights), accuracy, scale
     settings = optics.weights, accuracy.electrons_per_radiance, accuracy, scale

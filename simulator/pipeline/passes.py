@@ -28,6 +28,7 @@ from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
 from simulator.optics.geometry.projection_cost import projection_work
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.passes.psf_bands import read_by_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.veiling_glare import GLARE
 from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget
@@ -44,10 +45,10 @@ PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, bef
 BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens blur loads
 OCCLUDING = 0.15  # assumed share of a frame with several surfaces where they occlude each other, before its tiles are measured
 LAUNCH_MS = {  # of a pass, however small: Python, plan of its launches, and their queue
-    "scene planes": 0.2,
+    "scene planes": 0.13,
     "radius statistics": 0.65,
-    "sensor": 0.65,
-    "truth": 0.2,
+    "sensor": 0.55,
+    "truth": 0.17,
 }
 LEAST_MS = 0.13  # the same of a pass that is not listed
 # Nanoseconds per photosite, unless the key says otherwise.
@@ -102,6 +103,9 @@ def passes_of(
     motion = _motion(optics, still, budget)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
+        assert optics.motion is not None and optics.motion.blur is not None  # what is swept is blurred
+        swept = replace(optics, projection=optics.projection.on_samples(optics.motion.blur.samples_per_axis))
+        defocus, psf = _defocus(swept, tiles, budget), psf_pass(swept, budget, tiles)
         projection = replace(projection, method="part of the motion")
     elif motion.kept:
         projection, defocus, psf = (
@@ -259,8 +263,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
     projection, layers, before = optics.projection, optics.covering_layers, ""
     if not optics.sweeps_lamps_apart:
         motion = motion.with_lamps_everywhere()
-    if motion.blur is not None:  # all colours of all samples
-        pixels *= optics.channels * motion.blur.samples_per_axis**2
+    if motion.blur is not None:  # all colours of all samples that the blur reads
+        pixels = _blurred_pixels(optics) * optics.channels * motion.blur.samples_per_axis**2
         before = ", in all colours before the blur, which is the same at each instant"
         if motion.blur.followed is not None:
             before += "; its spots are skewed by the motion from row to row"
@@ -296,6 +300,17 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         cost += 1e-6 * pixels * optics.cell_instants * share * own_ns
         method += f", edges within photosites exactly in {100.0 * share:.0f} % of the picture"
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
+
+
+def _blurred_pixels(optics: OpticsPlan) -> int:
+    """Photosites that the blur of a window reads, with the margins of its bands."""
+    if optics.psf is not None and optics.psf.core is not None and optics.defocus is None:
+        seen = read_by_bands(optics.window, optics.psf.gather_reach_px, optics.psf.over)
+    elif optics.defocus is not None:
+        seen = TileGrid(optics.blur_window(), optics.defocus.reach_px).read_area()
+    else:
+        seen = optics.blur_window()
+    return seen.width * seen.height
 
 
 def _moving_ms(optics: OpticsPlan) -> float:

@@ -8,15 +8,26 @@ import pytest
 import yaml
 from audit import measured_shot
 from audit.chart import draw_chart
+from audit.costs import Cost, measure_cost, read_costs, show_costs
 from audit.drawn_plans import draw_plan
 from audit.drawn_scenes import LIGHTS, SURFACES, draw_light, draw_surfaces
 from audit.drawn_shots import distances, draw_shot
 from audit.float64_truth import exact_means, is_simple, means_with_lamps, sum_rays
 from audit.measured_shot import Record, measure_shot
-from audit.records import append, read_records
+from audit.records import append, read_numbers, read_records
 from audit.seen_places import SeenPlaces
-from audit.shot_truth import NoTruthError, noise_electrons, rays_error, run, true_electrons, wanted_error, z_scores
+from audit.shot_truth import (
+    NoTruthError,
+    noise_electrons,
+    rays_error,
+    run,
+    true_electrons,
+    wanted_error,
+    with_finer_samples,
+    z_scores,
+)
 from audit.summary import is_looser, median_factor, ranked_share, summarise, verdicts
+from rich.console import Console
 
 from simulator import load_shot
 from simulator.optics.defocus.lamp_images import square_image
@@ -299,6 +310,63 @@ def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device):
         found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device, wanted_error(0.1))
         z = np.abs(z_scores(found, summed.electrons, planned))
         assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own)
+
+
+def turning_layers(tmp_path, **settings):
+    """Shot of two layers with a photosite for each pixel, nearly in focus, that turn before the camera."""
+    rng = np.random.default_rng(4)
+    for number in range(2):
+        np.save(tmp_path / f"light_{number}.npy", rng.random((16, 20)).astype(np.float32))
+    np.save(tmp_path / "alpha.npy", (rng.random((16, 20)) < 0.5).astype(np.float32))
+    layers = [
+        {"image": "light_0.npy", "depth": "1.992 m", "alpha_image": "alpha.npy"},
+        {"image": "light_1.npy", "depth": "2.006 m"},
+    ]
+    rolled = {"camera": {"roll": "900 deg/s"}}
+    return simple_shot(tmp_path, scene={"layers": layers, "luminance": "3 cd/m^2"}, motion=rolled, **settings)
+
+
+def test_rays_leave_no_covariance_at_edges_of_layers_that_turn(tmp_path):
+    """They meet one layer after the other: nothing of it is stated where samples divide the pixels, and the rest is."""
+    shots = turning_layers(tmp_path), turning_layers(tmp_path, camera={"base": "ideal", "width": 7, "height": 5})
+    even, crossed = (plan(dataclasses.replace(shot, tolerance=0.0)) for shot in shots)
+    assert even.optics.motion.method == crossed.optics.motion.method == "joint"
+    assert even.error_budget.sigma_of("motion blur") == 0.0 < crossed.error_budget.sigma_of("motion blur")
+
+
+@pytest.mark.slow
+def test_rays_and_float64_agree_on_layers_that_turn(tmp_path, device):
+    shot = turning_layers(tmp_path)
+    planned = plan(shot)
+    summed = sum_rays(shot, planned, points=2048)
+    own = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.999)
+    found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device, wanted_error(0.1))
+    z = np.abs(z_scores(found, summed.electrons, planned))
+    assert np.quantile(z, 0.999) < 3.3 * np.hypot(sigma, own) < 0.3
+
+
+def test_rays_of_a_truth_meet_finer_samples_where_those_of_users_leave_too_much(tmp_path):
+    """Samples of a distorted scene mix its pixels."""
+    shot = simple_shot(tmp_path, lens=BLADES | {"distortion": {"k1": -0.08, "unit": "half_diagonal"}})
+    reference = plan(dataclasses.replace(shot, tolerance=0.0))
+    stated = reference.error_budget.predicted_sigma / 3.3
+    assert with_finer_samples(reference, 10.0 * stated) is reference
+    finer = with_finer_samples(reference, 0.5 * stated)
+    assert finer.optics.accuracy.ray_samples == finer.optics.defocus.accuracy.ray_samples > 8
+    assert finer.error_budget.predicted_sigma < 0.5 * reference.error_budget.predicted_sigma
+
+
+def test_costs_are_read_as_they_were_written(tmp_path, device):
+    """And told with the figures of all of them."""
+    path, console = tmp_path / "cost.jsonl", Console(record=True, width=120)
+    append(path, {"seed": 1, "number": 0, "refused": "predicted to take 9 s"})
+    append(path, measure_cost(draw_shot(1, 0), tmp_path, device).as_json())
+    append(path, Cost(1, 2, ("one",), "sharp", 1e-3, 4e-3).as_json())
+    costs = read_costs(path)
+    assert [one.number for one in costs] == [0, 2] and costs[0].cpu_ms > 0.0 and read_numbers(path) == {0, 2}
+    show_costs(costs, console)
+    told = console.export_text()
+    assert "4.00" in told and "all" in told and "1:2 sharp: predicted 0.001 ms, 0.004 ms; one" in told
 
 
 def test_three_shots_of_the_audit(tmp_path, device):

@@ -18,6 +18,7 @@ SHARP_PX = 0.3  # largest blur radius that may be ignored [photosites]
 SAME_PX = 0.02  # largest difference of radii that share one blur circle [photosites]
 SLOPE_STEP = 0.03  # step to which slopes of the radius are rounded [photosites per photosite]
 RAYS = 131072  # most rays of a photosite in each of the reference's replications
+RAY_SAMPLES = 8  # most per photosite and axis that rays meet, of a scene whose pixels are not photosites
 RAY_ERROR = 0.015  # largest standard error of the reference [standard deviations of the photosite's noise]: 0.05 is 3.3 of them
 FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photosite
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
@@ -38,6 +39,7 @@ class Accuracy:
     rays: most of a photosite and replication where the tolerance is 0 (`follow_until_converged`). ray_error: standard error
         [standard deviations of the noise] at which they suffice. electrons_per_radiance: of a photosite [e- per unit of the
         mosaic, e- s^-1 um^-2 sr^-1].
+    ray_samples: most samples per photosite and axis that rays meet.
     detail: difference between neighbouring pixels of a scene finer than the photosites, of `scene_detail`; 0: a coarser scene.
     whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples; 0: none do.
     brightest: radiance of the brightest light [unit of the mosaic]; 0: unknown.
@@ -50,6 +52,7 @@ class Accuracy:
     peak: float = 1.0
     rays: int = RAYS
     ray_error: float = RAY_ERROR
+    ray_samples: int = RAY_SAMPLES
     electrons_per_radiance: float = 1.0
     detail: float = 0.0
     whole_pixels: int = 0

@@ -42,7 +42,6 @@ from simulator.optics.error_term import ErrorTerm, Limit
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
 EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
-RAY_SAMPLES = 8  # most per photosite and axis that rays meet, of a scene finer than the photosites
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
 SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
@@ -155,12 +154,12 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
 
 
 def ray_terms(defocus: Defocus) -> list[ErrorTerm]:
-    """Predict what rays leave whose RAY_SAMPLES per axis of a photosite mix pixels of a fine scene, or parts of them."""
+    """Predict what rays leave whose samples, `ray_samples` per axis of a photosite, mix parts of a fine scene's pixels."""
     accuracy, smallest_px = defocus.accuracy, min(least for least, _ in defocus.of_scene().ranges_px)
     if not accuracy.detail:
         return []
-    left = OF_SQUARES * float(square_error(np.array(smallest_px), RAY_SAMPLES, defocus.scale, accuracy.detail))
-    cause = f"rays that meet means over {RAY_SAMPLES} x {RAY_SAMPLES} parts of a photosite"
+    left = OF_SQUARES * float(square_error(np.array(smallest_px), accuracy.ray_samples, defocus.scale, accuracy.detail))
+    cause = f"rays that meet means over {accuracy.ray_samples} x {accuracy.ray_samples} parts of a photosite"
     return [ErrorTerm(BLUR, cause, accuracy.in_sigma(left), EVEN_SCENE)]
 
 

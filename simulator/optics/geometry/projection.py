@@ -81,6 +81,11 @@ class Projection:
         halved = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 0.5, 1.0, 1.0, 2.0, 2.0]) * self.pose
         return replace(wider, pose=tuple(halved.tolist()))
 
+    def on_samples(self, over: int) -> Self:
+        """Return the resampling of a picture whose pixels are `over` x `over` samples of each photosite."""
+        upright = replace(self, warp=None, pose=None, nearest=False, is_bilinear=False, stretch=1.0)
+        return replace(upright, scale=float(over), offset_x=0.0, offset_y=0.0, samples=over)
+
     @property
     def is_fine(self) -> bool:
         """Whether the scene has more than one pixel per photosite and axis."""

@@ -13,7 +13,6 @@ from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.highlights import BRIGHT, highlight_threshold
 from simulator.optics.defocus.joint_motion import JointMotion
-from simulator.optics.defocus.predicted_error import RAY_SAMPLES
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
@@ -207,8 +206,8 @@ class BandRays:
 class Grid:
     """The scene's layers on `over` x `over` samples per photosite, with a margin.
 
-    A scene finer than the photosites has samples that divide its pixels, up to RAY_SAMPLES per photosite and axis; where none
-    do, it has the most. So has a scene of fewer pixels than photosites: a sample is the mean of its bilinear light.
+    A scene finer than the photosites has samples that divide its pixels, up to `Accuracy.ray_samples` per photosite and axis;
+    where none do, it has the most. So has a scene of fewer pixels than photosites: a sample is the mean of its bilinear light.
     """
 
     optics: OpticsPlan
@@ -218,8 +217,9 @@ class Grid:
     def __post_init__(self) -> None:
         defocus, projection = _defocus_of(self.optics), self.optics.projection
         self.margin_px = defocus.reach_px + math.ceil(0.5 * projection.low_pass_px)
-        divides = projection.whole_pixels(range(2, RAY_SAMPLES + 1)) or RAY_SAMPLES
-        self.over = divides if projection.is_fine else RAY_SAMPLES if projection.is_bilinear else 1
+        most = self.optics.accuracy.ray_samples
+        divides = projection.whole_pixels(range(2, most + 1)) or most
+        self.over = divides if projection.is_fine else most if projection.is_bilinear else 1
         self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
