@@ -35,6 +35,7 @@ def summed(**settings):
 
 def test_each_instant_has_its_launches():
     motion = summed().optics.motion
+    assert motion is not None
     nodes, lines = instants_of(motion, 24)
     assert (nodes, lines) == (motion.count, 24) and nodes > 1
     cost = instants_cost_ms(nodes, 0.0)
@@ -47,6 +48,7 @@ def test_each_instant_has_its_launches():
 def test_lines_that_open_one_after_the_other_have_more_instants():
     """Each of which lights a part of the lines."""
     common, rolling = summed().optics.motion, summed(shutter=RollingShutter(0.01)).optics.motion
+    assert common is not None and rolling is not None
     nodes, lines = instants_of(rolling, 24)
     assert nodes == len(rolling.shared_nodes()) > rolling.count > 0
     assert 24 * rolling.even_count <= nodes * lines < 24 * nodes and instants_of(common, 24)[1] == 24
@@ -55,6 +57,7 @@ def test_lines_that_open_one_after_the_other_have_more_instants():
 def test_an_instant_takes_the_time_of_a_turned_picture():
     """Its places are found one by one, of the light of bands with their margins."""
     planned = summed()
+    assert planned.optics.motion is not None
     motion = next(one.cost_ms for one in planned.passes if one.name == "motion")
     still = plan(dataclasses.replace(planned_shot(), motion=None))
     at_rest = next(one.cost_ms for one in still.passes if one.name == "defocus")

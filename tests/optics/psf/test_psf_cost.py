@@ -43,15 +43,17 @@ def test_a_gathered_kernel_costs_its_samples_and_launches():
 def test_a_small_frame_costs_its_bands_with_their_margins():
     """A frame of 32 x 24 projects 384 x 288 photosites and more, in each colour, however few of them it gathers."""
     optics = optics_of(DIFFRACTING)
+    assert optics.psf is not None
     work = gathered_work(optics, optics.psf)
     assert work["bilinear samples"] >= 3 * 384 * 288 and work["light"] == 2 * 16 * 128
 
 
 def test_samples_of_a_finer_scene_cost_the_pixels_that_they_cross():
-    """Light of a scene of 2 x 2 pixels per photosite takes several times that of 1 x 1."""
+    """Light of a scene of 3 x 3 pixels per photosite takes longer than that of 1 x 1."""
     costs = []
     for per_photosite in (1, 3):
         optics = optics_of(DIFFRACTING, per_photosite=per_photosite)
+        assert optics.psf is not None
         costs.append(cost_ms(gathered_work(optics, optics.psf)))
     assert costs[1] > 1.5 * costs[0]
 
