@@ -90,28 +90,30 @@ class SlabKernels:
 
 def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     """Return a PSF by distance with the slabs, nodes and core by which the device gathers it; the same PSF where it cannot."""
-    lens = psf.lens_psf
+    lens, given = psf.lens_psf, psf
+    if seen.is_smooth:  # cores show its pixels as the open part of photosites does, without finer samples
+        psf = replace(psf, over=1)
     fits = psf.by_distance and psf.over == 1 and len(psf.radii_px) > 1
     if not fits or not isinstance(lens, WavefrontPsf) or (psf.nodes != (1, 1) and lens.aberrations.has_fixed_orientation):
-        return psf
+        return given
     wide = _widened(list(psf.radii_px))
     ends, lens_numbers = (wide[0], wide[-1]), (lens.aberrations, lens.f_number, lens.pitch_um)
-    own_px = kernel_size_px(
-        *lens_numbers, lens.wavelengths_nm, ends, airy_margin=margin_of(seen)
-    ) // 2 + psf.sampling.margin_px(lens.pitch_um)
+    own_px = kernel_size_px(*lens_numbers, lens.wavelengths_nm, ends, airy_margin=margin_of(seen)) // 2 + (
+        1 if seen.is_smooth else psf.sampling.margin_px(lens.pitch_um)
+    )
     reach_px = next((reach_px for reach_px in REACHES_PX if reach_px >= own_px), 0)
     fitting = [cell_px for cell_px in CELLS if fits_tail(psf.reach_px, cell_px)]
     if not fitting or not reach_px:
-        return psf
+        return given
     turned = _blade_error(_Keyed(psf.key, psf), seen)
     if turned > STEP_SHARE * seen.allowed:
-        return psf
+        return given
     finer, nodes, between = _choose_steps(_Keyed(psf.key, psf), seen)
     radii_px = _widened(finer_radii(psf, finer))
     if len(radii_px) > MOST_SLABS or (
         lens.opening.blades and psf.nodes != (1, 1) and _blade_bytes(lens, radii_px, own_px) > MOST_BYTES
     ):
-        return psf
+        return given
     # A tail on finer cells costs more, and lets cores be smaller.
     cell_px = min(fitting, key=lambda cell_px: _make_tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
     psf = replace(psf, radii_px=tuple(radii_px), nodes=nodes)
@@ -190,7 +192,7 @@ def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], f
 def _blade_bytes(lens: WavefrontPsf, radii_px: list[float], reach_px: int) -> int:
     """Memory of what blades change, of kernels with this reach."""
     samples = len(radii_px) * len(lens.wavelengths_nm) * (SAMPLES * (2 * reach_px + 1)) ** 2
-    return 8 * BLADE_TURNS * len(BLADE_STEPS) * samples
+    return 4 * BLADE_TURNS * len(BLADE_STEPS) * samples
 
 
 @lru_cache(maxsize=8)
@@ -298,26 +300,28 @@ def _reaches(psf: FieldPsf, tables: Callable[[tuple[float, float]], _Tables]) ->
 
 def _slab_reaches(places: list[_Tables], psf: FieldPsf, seen: Visibility) -> np.ndarray:
     """Reach and taper of each slab's cores at some places of the field, (slabs, 2)."""
+    assert psf.core is not None  # plan_slabs
     if not seen.is_smooth:
         return np.array([_reach(np.concatenate(slab), seen) for slab in zip(*(one.cores for one in places), strict=True)])
     found = np.zeros((len(psf.radii_px), 2), int)
     for one in places:
         for slab, channel in itertools.product(range(len(found)), range(len(one.smooth))):
             shown = ShownKernel(one.samples[slab, channel], psf.sampling, psf.pitch_um, seen)
-            reach_px = _smooth_reach(one.cores[slab, channel], one.smooth[channel], shown, int(found[slab, 0]))
+            limits_px = int(found[slab, 0]), psf.core.reach_px
+            reach_px = _smooth_reach(one.cores[slab, channel], one.smooth[channel], shown, *limits_px)
             found[slab, 0] = max(found[slab, 0], reach_px)
     return found
 
 
-def _smooth_reach(table: np.ndarray, smooth: np.ndarray, shown: ShownKernel, least_px: int) -> int:
-    """Least of REACHES_PX from least_px on at which a scene's pixels differ as little as by the whole table.
+def _smooth_reach(table: np.ndarray, smooth: np.ndarray, shown: ShownKernel, least_px: int, most_px: int) -> int:
+    """Least of REACHES_PX from least_px to most_px at which a scene's pixels differ as little as by the whole table.
 
     The light of photosites does not tell where in them a pixel lies. That error is no core's, however far it reaches.
     """
     half = len(table) // 2
     allowed = shown.error(table + smooth) + DARK_SHARE * shown.seen.allowed
     for reach_px in REACHES_PX:
-        if reach_px >= half:
+        if reach_px >= min(half, most_px):
             return reach_px
         if reach_px < least_px:
             continue

@@ -49,30 +49,56 @@ def smooth_light(planes: np.ndarray, cells: int) -> np.ndarray:
     return map_coordinates(planes.astype(float), np.meshgrid(place, place, indexing="ij"), order=1, mode="nearest")
 
 
-@pytest.mark.slow
-def test_smooth_light_of_each_wall_has_the_exact_blur():
-    """Pixels of 2.5 photosites: bilinear light, lens and photosites in float64 on cells, without kernels between photosites.
+def open_line(cells: int, fill_factor: float, apart_px: float) -> np.ndarray:
+    """Share of each cell around a photosite's middle in its open part behind the spots of a filter, along an axis."""
+    middle, found, half = (np.arange(2 * cells + 1) - cells) / cells, 0.0, 0.5 * math.sqrt(fill_factor)
+    for spot in (-0.5 * apart_px, 0.5 * apart_px):
+        first, last = np.maximum(middle - 0.5 / cells, spot - half), np.minimum(middle + 0.5 / cells, spot + half)
+        found = found + np.maximum(last - first, 0.0)
+    return np.asarray(found / found.sum())
 
-    To a tenth of the noise of the brightest light.
-    """
-    rng, cells = np.random.default_rng(4), 5
+
+def two_smooth_walls(**settings: float) -> tuple[Shot, np.ndarray, dict[float, slice]]:
+    """Pixels of 2.5 photosites on walls of two blur radii; the pixels, and the columns of each radius away from the step."""
+    rng = np.random.default_rng(4)
     planes = 0.1 + 0.9 * np.kron(rng.random((16, 16)) < 0.5, np.ones((4, 4))) * (0.5 + 0.5 * rng.random((64, 64)))
     through, coarse = thin_lens(8.0, SPHERICAL), 3.0
     walls = {1.2: slice(0, SIDE // 2 - 16), -0.6: slice(SIDE // 2 + 16, SIDE)}
     left_m, right_m = (float(depth_at(through, coarse * here_px)) for here_px in walls)
     depth_m = np.where(np.arange(64) < 32, left_m, right_m)[None, :].repeat(64, axis=0).astype(np.float32)
-    shot = shot_of(planes, through, depth_m, "bilinear", pixel_pitch_um=coarse * PITCH_UM)
-    psf, found = plan(shot).optics.psf, simulate(shot).mean_electrons.astype(np.float64)
+    shot = shot_of(planes, through, depth_m, "bilinear", pixel_pitch_um=coarse * PITCH_UM, **settings)
+    return shot, planes, walls
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("fill_factor", "low_pass_um"), [(1.0, 0.0), (0.6, 0.0), (0.6, 4.0)])
+def test_smooth_light_of_each_wall_has_the_exact_blur(fill_factor, low_pass_um):
+    """Pixels of 2.5 photosites: bilinear light, lens, filter and open areas in float64 on cells, no kernels between photosites.
+
+    To a tenth of the noise of the brightest light, and in the noise of each photosite within what the plan states.
+    """
+    cells = 9
+    shot, planes, walls = two_smooth_walls(fill_factor=fill_factor, low_pass_um=low_pass_um)
+    planned, found = plan(shot), simulate(shot).mean_electrons.astype(np.float64)
+    psf = planned.optics.psf
     assert psf.is_gathered_by_distance and psf.seen.is_smooth
-    assert slab_kernels_of(psf, 1).reach_px.max() < psf.core.reach_px
-    light = smooth_light(planes, cells)
+    assert slab_kernels_of(psf, 1).reach_px.max() <= psf.core.reach_px
+    light, line = smooth_light(planes, cells), open_line(cells, fill_factor, low_pass_um / psf.pitch_um)
     for here_px, columns in walls.items():
         lens_psf = dataclasses.replace(psf.fit_kernel(here_px), cells=cells)
         blurred = fftconvolve(light, lens_psf.cell_kernel(0, here_px, (0.0, 0.0)), mode="same")
-        inside = blurred.reshape(SIDE + 2 * MARGIN, cells, -1, cells).mean(axis=(1, 3))[MARGIN:-MARGIN, MARGIN:-MARGIN]
-        own, truth = found[:, columns], inside[:, columns]
-        off_e = own * truth.sum() / own.sum() * BRIGHTEST_E - truth * BRIGHTEST_E
+        inside = fftconvolve(blurred, np.outer(line, line), mode="same")[cells // 2 :: cells, cells // 2 :: cells]
+        own, truth = found[:, columns], inside[MARGIN:-MARGIN, MARGIN:-MARGIN][:, columns]
+        truth_e = truth * BRIGHTEST_E
+        off_e = own * truth.sum() / own.sum() * BRIGHTEST_E - truth_e
         assert np.quantile(np.abs(off_e), 0.999) < 0.1 * math.sqrt(BRIGHTEST_E)
+        assert np.quantile(np.abs(off_e) / np.sqrt(truth_e), 0.999) < planned.error_budget.predicted_sigma
+
+
+def test_open_areas_over_smooth_light_take_no_finer_samples():
+    planned = plan(dataclasses.replace(two_smooth_walls(fill_factor=0.6)[0], tolerance=1.0))
+    assert planned.optics.psf.is_gathered_by_distance and planned.optics.psf.over == 1
+    assert planned.error_budget.predicted_sigma <= 1.0
 
 
 @pytest.mark.parametrize("aperture", [None, pytest.param(Aperture(blades=9, rotation_deg=11.0), marks=pytest.mark.slow)])
