@@ -114,12 +114,12 @@ class RotatedKernels:
         return self._made[step]
 
     def _blade_change(self, step: int) -> np.ndarray:
-        """What blades change at a computed field radius, (BLADE_TURNS, radii, channels, samples, samples) float32."""
+        """What blades change at a computed field radius, (BLADE_TURNS, radii, channels, samples, samples)."""
         if step not in self._changes:
             opening, turn_rad = self.lens_psf.opening, 2.0 * math.pi / (BLADE_TURNS * self.lens_psf.opening.blades)
             ways = [self._computed(step, opening.with_corner(turn * turn_rad)) for turn in range(BLADE_TURNS // 2 + 1)]
             ways += [way[..., ::-1, :] for way in ways[-2:0:-1]]  # the field has the blades' mirror image on its other side
-            self._changes[step] = (np.stack(ways) - self._fine(step)).astype(np.float32)
+            self._changes[step] = np.stack(ways) - self._fine(step)
         return self._changes[step]
 
     def _computed(self, step: int, opening: Opening) -> np.ndarray:

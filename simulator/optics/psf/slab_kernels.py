@@ -192,7 +192,7 @@ def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], f
 def _blade_bytes(lens: WavefrontPsf, radii_px: list[float], reach_px: int) -> int:
     """Memory of what blades change, of kernels with this reach."""
     samples = len(radii_px) * len(lens.wavelengths_nm) * (SAMPLES * (2 * reach_px + 1)) ** 2
-    return 4 * BLADE_TURNS * len(BLADE_STEPS) * samples
+    return 8 * BLADE_TURNS * len(BLADE_STEPS) * samples
 
 
 @lru_cache(maxsize=8)
