@@ -21,22 +21,27 @@ class SceneGrid(Protocol):
     @property
     def scale(self) -> float:
         """Scene pixels per photosite."""
+        ...
 
     @property
     def offset_x(self) -> float:
         """Scene position of the sensor's left border [px]."""
+        ...
 
     @property
     def offset_y(self) -> float:
         """Scene position of the sensor's upper border [px]."""
+        ...
 
     @property
     def scene_width(self) -> int:
         """Width of the scene's grid [px]."""
+        ...
 
     @property
     def scene_height(self) -> int:
         """Height of the scene's grid [px]."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -131,6 +131,9 @@ def plan_visible_psf(
     lamps = _find_lamps(psf, scene, weights, projection, accuracy) if draws_lamps and defocus is None else None
     own = accuracy if lamps is None else _of_rest(accuracy, lamps)
     gathered = _with_gather(psf, camera.channels, scene, own, scale)
+    if gathered.over < psf.over and projection.is_bilinear:  # one sample of smooth light is cheap, and less exact
+        left, finer = (accuracy.in_sigma(kernel_bend_error(one, scale, camera.channels) * bend()) for one in (gathered, psf))
+        gathered = psf if finer <= whole < left else gathered
     core = gathered.core
     if core is not None and core.error and gathered.seen is not None and not gathered.is_gathered_by_distance:
         dark_e = accuracy.electrons_per_radiance * dark_light(scene, weights)

@@ -101,6 +101,11 @@ def test_open_areas_over_smooth_light_take_no_finer_samples():
     assert planned.error_budget.predicted_sigma <= 1.0
 
 
+def test_open_areas_take_finer_samples_where_these_alone_keep_the_tolerance():
+    planned = plan(dataclasses.replace(two_smooth_walls(fill_factor=0.6)[0], tolerance=0.35))
+    assert planned.optics.psf.over == 2 and planned.error_budget.predicted_sigma <= 0.35
+
+
 @pytest.mark.parametrize("aperture", [None, pytest.param(Aperture(blades=9, rotation_deg=11.0), marks=pytest.mark.slow)])
 def test_kernels_vary_over_the_field(aperture):
     """Coma, on a frame as wide as its field: photosites against exact kernels of their places; a window has the same bits."""
