@@ -4,8 +4,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-# Two files of tests at a time: most tests keep one core busy, kernels all of them.
-TWICE := -n 2 --dist loadfile
+# Two files of tests at a time: most tests keep one core busy, kernels all of them. Threads of their matrix products would wait.
+TWICE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
@@ -41,10 +41,10 @@ book: $(VENV)/book.stamp ## build these pages and the API as a book with search,
 	@$(BIN)/python -m sphinx -q -W --keep-going -d build/book docs book && echo book/index.html
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
-	@$(BIN)/python -m pytest $(TWICE) -m "not slow"
+	@$(TWICE) -m "not slow"
 
 test-all: $(VENV)/test.stamp $(VENV)/peers.stamp ## run every test, the minutes-long ones too
-	@$(BIN)/python -m pytest $(TWICE) -m "slow or not slow"
+	@$(TWICE) -m "slow or not slow"
 
 test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the raw files with other converters; installs those that are missing
 	@$(BIN)/python -m pytest -m clients

@@ -27,7 +27,7 @@ EXPONENTIAL = 22.3  # the exponentially distributed ones reach 22 (kernels/unifo
 
 QUICK = settings(max_examples=120, deadline=None, derandomize=True, database=None)
 FEW = settings(
-    max_examples=30, deadline=None, derandomize=True, database=None
+    max_examples=5, deadline=None, derandomize=True, database=None
 )  # of cases that each build a kernel of every stage
 LONG = settings(max_examples=3000, deadline=None, derandomize=True, database=None)
 

@@ -116,7 +116,7 @@ def test_depth_is_the_scenes_at_the_pixels_centre_and_never_a_mean():
 
 
 def test_maps_of_a_window_and_of_a_binned_frame_lie_where_the_frame_lies():
-    depth_m = 1.0 + np.arange(200.0) + 1000.0 * np.arange(150.0)[:, None]  # one scene pixel per photosite
+    depth_m = 50.0 + 1e-3 * np.arange(30000.0).reshape(150, 200)  # one scene pixel per photosite, without steps
     window = Window(40, 20, 80, 60)
     part = simulate(shot_of(np.ones((150, 200)), depth_m, noisy_camera(window=window), truth=("depth",)))
     np.testing.assert_array_equal(part.truth["depth"], depth_m[20:80, 40:120].astype(np.float32))

@@ -300,16 +300,18 @@ def test_rays_are_as_exact_as_the_error_that_the_reference_states_asks_for():
     assert rays_error(0.03, 0.07, 0.06) == 0.03  # no rays help
 
 
-def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device):
-    """2, 3 and 2.5 pixels per photosite: the rays' grid divides the pixels, or is fine."""
-    for width, height in ((20, 16), (13, 10), (16, 12)):
-        shot = simple_shot(tmp_path, camera={"base": "ideal", "width": width, "height": height})
-        planned = plan(shot)
-        summed = exact_means(shot, planned) or sum_rays(shot, planned, points=4096)
-        own = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.99)
-        found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device, wanted_error(0.1))
-        z = np.abs(z_scores(found, summed.electrons, planned))
-        assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own)
+@pytest.mark.parametrize(
+    ("width", "height"), [(16, 12), *(pytest.param(*size, marks=pytest.mark.slow) for size in ((20, 16), (13, 10)))]
+)
+def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device, width, height):
+    """2.5, 2 and 3 pixels per photosite: the rays' grid divides the pixels, or is fine."""
+    shot = simple_shot(tmp_path, camera={"base": "ideal", "width": width, "height": height})
+    planned = plan(shot)
+    summed = exact_means(shot, planned) or sum_rays(shot, planned, points=4096)
+    own = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.99)
+    found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device, wanted_error(0.1))
+    z = np.abs(z_scores(found, summed.electrons, planned))
+    assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own)
 
 
 def turning_layers(tmp_path, **settings):

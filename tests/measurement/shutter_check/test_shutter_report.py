@@ -67,6 +67,7 @@ def test_a_rolling_shutter_is_measured_back(rolling):
     assert allowed["read-out time"] < 2e-4 and allowed["skew"] < 0.004
 
 
+@pytest.mark.slow
 def test_columns_are_measured_as_rows_are(tmp_path):
     """Beside an optical black, of which no file tells."""
     camera = dataclasses.replace(CAMERA, width_px=160, height_px=96, optical_black=OpticalBlack(left_px=8, top_px=4))

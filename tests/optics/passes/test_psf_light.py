@@ -22,7 +22,8 @@ def test_a_wall_behind_a_layer_has_the_kernel_of_its_own_blur():
     coverage = np.zeros((SIDE, SIDE), np.float32)
     coverage[:, SIDE // 2 :] = 1.0
     front = (0.7 * coverage)[..., None].astype(np.float32)
-    behind = (Layer(wall.planes, wall.depth_m),)
+    slope = np.linspace(1.0 - 1e-4, 1.0 + 1e-4, SIDE, dtype=np.float32)  # layers of one distance each have kernels of each
+    behind = (Layer(wall.planes, np.broadcast_to(np.float32(wall.depth_m) * slope, (SIDE, SIDE)).copy()),)
     scene = dataclasses.replace(wall, planes=front, depth_m=2.0, coverage=coverage, behind=behind)
     shot = dataclasses.replace(shot, scene=FixedScene(scene))
     psf = plan(shot).optics.psf
