@@ -242,7 +242,7 @@ def lamp_places(optics: OpticsPlan) -> np.ndarray:
         rows, columns = np.nonzero((scene.planes @ weights).max(axis=2) > limit)
         return np.column_stack([columns, rows]) + 0.5
 
-    return scene.remember(("lamps", freeze(weights), limit), find)
+    return scene.remember(("places of lamps", freeze(weights), limit), find)
 
 
 def _of_samples(numbers: np.ndarray, over: int) -> np.ndarray:

@@ -20,6 +20,7 @@ from simulator.optics.defocus.lamp_laws import gathered_lamp_error
 from simulator.optics.defocus.predicted_error import predicted_error
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.passes.scene_gather import rectangles_of_tiles
+from simulator.optics.passes.swept_mosaic import lamp_places
 from simulator.optics.pupil.pupil import Aperture, Pupil
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
@@ -81,6 +82,18 @@ def test_a_single_lamp_in_the_dark_is_blurred_however_small_its_circle(scale):
         z = z_scores(found, photosite_means(pixels, SHAPE, radius), 1000.0)[MARGIN:-MARGIN, MARGIN:-MARGIN]
         told = planned.error_budget.predicted_sigma
         assert np.abs(z).max() <= max(told, 0.1) and told < 4.0, radius
+
+
+def test_lamps_that_a_sweep_has_found_are_those_of_tiles_too():
+    """Three of them behind blades, of a scene that moves and then rests: each keeps with it what it finds, in its own form."""
+    pixels, through = fine_scene("noise", 2.7, SHAPE), replace(LENS, aperture=Aperture(5))
+    pixels[[5, 8, 10], [30, 60, 110]] = 1e4
+    shot = fine_shot(pixels, SHAPE, 1.0, 1000.0, tolerance=0.3, lens=through)
+    shot.scene.load().planes.setflags(write=False)  # else nothing is kept
+    planned = measure(plan(shot), open_device())
+    assert lamp_places(planned.optics).tolist() == [[30.5, 5.5], [60.5, 8.5], [110.5, 10.5]]
+    reached = rectangles_of_tiles(planned.tiles)[:, 0]
+    assert reached[0] > reached[1] == reached[2]
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.15, 0.3])
