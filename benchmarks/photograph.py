@@ -203,8 +203,10 @@ def measure_lenses(run: Run) -> Record:
     columns |= {"cpu_s": ["processor time [s]", ".3g"], "cpu_ratio": ["over the ideal lens", ".1f"]}
     record = Record("lenses", "The price of a real lens", LENSES_TEXT, columns=columns)
     everything = [setting for settings in LENSES.values() for setting in settings]
-    options = {"ideal": [], **LENSES, "all together": everything}
     for name in (STOPPED_DOWN, WIDE_OPEN):
+        options: dict[str, list[str]] = {"ideal": [], **LENSES}
+        if run.size == "full" or name == STOPPED_DOWN:  # wide open it takes minutes
+            options["all together"] = everything
         shots = {key: shot_of(name, *more, megapixels=run.pick(0.1, 1.5, 12.0)) for key, more in options.items()}
         case = f"f/{shots['ideal'].lens.f_number:g}"
         record.facts["size"] = size_of(shots["ideal"])
@@ -218,8 +220,9 @@ def measure_lenses(run: Run) -> Record:
         worst = max(LENSES, key=lambda key: ratios[key])
         what = f"{case}: dearest part, {worst}"
         record.judge(what, f"{ratios[worst]:.1f} x", f"{ASKED_LENS:g} x", ratios[worst] <= ASKED_LENS)
-        ratio = ratios["all together"]
-        record.judge(f"{case}: all together", f"{ratio:.1f} x", f"{ASKED_ALL:g} x", ratio <= ASKED_ALL)
+        if "all together" in ratios:
+            ratio = ratios["all together"]
+            record.judge(f"{case}: all together", f"{ratio:.1f} x", f"{ASKED_ALL:g} x", ratio <= ASKED_ALL)
     return record
 
 
