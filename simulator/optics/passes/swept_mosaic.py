@@ -8,6 +8,7 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.accuracy import LAMP_PEAK
+from simulator.optics.defocus.scene_light import brighter_pixels
 from simulator.optics.geometry.instants import Instants
 from simulator.optics.geometry.motion_plan import pose_numbers, row_views
 from simulator.optics.geometry.projection import ANY_CFA, Projection
@@ -239,7 +240,7 @@ def lamp_places(optics: OpticsPlan) -> np.ndarray:
     scene, weights, limit = optics.scene, optics.weights, LAMP_PEAK * optics.accuracy.brightest
 
     def find() -> np.ndarray:
-        rows, columns = np.nonzero((scene.planes @ weights).max(axis=2) > limit)
+        rows, columns, _ = brighter_pixels(scene.planes, weights, np.array(limit, np.float32))
         return np.column_stack([columns, rows]) + 0.5
 
     return scene.remember(("places of lamps", freeze(weights), limit), find)
