@@ -55,7 +55,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
     if not has_edges:  # whose detail has all of this
         radius_px = np.array([defocus.largest_px])
         finest = float(defocus.samples_per_axis(radius_px, radius_px)[0])
-        beside = BESIDE * (contrast.curvature - contrast.texture) / finest**2
+        beside = BESIDE * max(contrast.curvature - contrast.texture, 0.0) / finest**2
         found.append(JointTerm("samples beside the border of the scene", beside, TIGHTER))
     found += _edge_terms(defocus, contrast)
     cell_px = motion.cells(BLOCK_COLUMNS, BLOCK_ROWS).error_px

@@ -24,7 +24,7 @@ from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.aperture_samples import move_samples
 from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.joint_motion import Cells
-from simulator.optics.defocus.predicted_error import LAYERS, predicted_error
+from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
 from simulator.optics.passes.tile_plan import plan_tiles
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
@@ -126,6 +126,13 @@ def test_the_predicted_error_of_tilted_surfaces_is_not_below_what_is_found(numbe
     found = surface_error(case, way, pivot_px, start_s, 1 << 11, steps=1).p99_9
     optics = shifted_plan(case, way, pivot_px, start_s).optics
     assert found <= predicted_error(optics.defocus, optics.contrast)
+
+
+def test_no_cause_takes_from_the_error_of_others():
+    """Lamps of which the border of the scene has fewer than the rest, whose texture is above the curvature of all of it."""
+    optics = shifted_plan(*random_surface(27)).optics
+    assert optics.contrast.texture > optics.contrast.curvature
+    assert min(term.sigma for term in error_terms(optics.defocus, optics.contrast)) >= 0.0
 
 
 def rolling(rows: int, line_s: float, time_s: float) -> LineTimes:
