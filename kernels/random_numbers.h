@@ -28,10 +28,6 @@
 #define STREAM_FRAME 0u // with the key (frame_seed, 0)
 #define STREAM_BODY 2u  // with the key (body_seed, 1)
 
-#define FIRST_ROW 1 // values of ROWS: rows of a pair that a launch computes, since a frame may begin or end within a pair
-#define SECOND_ROW 2
-#define BOTH_ROWS 3
-
 // normals[]: standard normal numbers; those of the body are its fixed patterns.
 #define SHOT 0     // photon shot noise
 #define BEFORE 1   // read noise before the gain

@@ -9,8 +9,9 @@
 // seeds:      (frames, 2) uint32: frame seed and body seed.
 // numbers:    (frames, NUMBERS) float32, the parameters of the stages; the host defines a macro STEM_FIELD for each
 //             (simulator/sensor/kernel/kernel_program.py).
-// width:      of the frames; columns: width of these tiles [px].
-// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS: random_numbers.h; PART: sensor_part.h.
+// width:      of the frames; columns: width of these tiles [px]; rows: of each pair that lie in the frame (sensor_part.h).
+// spare:      (tiles, columns), for results of the other row, which is computed all the same.
+// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. PART: sensor_part.h.
 #include "random_numbers.h"
 #include "sensor_part.h"
 #include "irradiance.h"
@@ -68,31 +69,24 @@ INLINE float readout(float signal, const uint x, const uint y, const float *norm
 
 #include "row_pair.h"
 
-// The columns from `first` to `last` of a pair of rows. On a CPU compilers make vectors of AT_ONCE columns, several registers, so that
-// few instructions wait for the one before. index: of the pair's first photosite at column 0 of the tile.
-#if AT_ONCE > 1
-#define WIDE _Pragma("clang loop vectorize_width(AT_ONCE)")
-#define NARROW _Pragma("clang loop vectorize_width(8)") // for rare work: built in a fraction of the time
-#else
-#define WIDE
-#define NARROW
-#endif
-#define COLUMNS(vectors, statement) vectors for (size_t column = first; column < last; column += WORK_ITEMS) { \
-        const uint x = tile_x + (uint)column; \
-        statement; \
-    }
+// All stages at those columns. hot: whether one of these photosites may be.
 #define PHOTOSITES(vectors, hot) COLUMNS(vectors, \
-        expose_row_pair(input, output, index + column, width, x, y, frame_seed, body_seed, parameters, hot))
+        expose_row_pair(above, below, column, x, y, frame_seed, body_seed, parameters, hot))
 
 // Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape. On a CPU one
 // work-item runs along the row (WORK_ITEMS is 1), on a GPU each takes a column.
-kernel void sensor(global const float *restrict input, global result_type *restrict output, global const uint *restrict tiles,
-                   global const uint *restrict seeds, constant float *restrict numbers, const uint width, const uint columns) {
+kernel void sensor(global const float *restrict input, global result_type *restrict output, global result_type *restrict spare,
+                   global const uint *restrict tiles, global const uint *restrict seeds, constant float *restrict numbers,
+                   const uint width, const uint columns, const uint rows) {
     const size_t tile = 5 * get_group_id(2), which = tiles[tile + 4];
     const uint frame_seed = seeds[2 * which], body_seed = seeds[2 * which + 1];
     constant float *parameters = numbers + which * NUMBERS;
     const uint tile_x = tiles[tile + 2], y = tiles[tile + 3] + 2 * get_group_id(1);
     const size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + tiles[tile];
+    const size_t next = rows == BOTH_ROWS ? index + width : index;
+    global result_type *unused = spare + get_group_id(2) * columns;
+    const struct row above = {input + index, rows & FIRST_ROW ? output + index : unused};
+    const struct row below = {input + next, rows & SECOND_ROW ? output + next : unused};
 #if HOT_PIXELS // few of them: code that counts their electrons runs only where a vector has one
     for (size_t first = get_local_id(0); first < columns; first += AT_ONCE * WORK_ITEMS) {
         const size_t last = first + AT_ONCE < columns ? first + AT_ONCE : columns;

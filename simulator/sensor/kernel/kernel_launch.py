@@ -18,6 +18,7 @@ from simulator.sensor.stages.stage import Means, Stage
 
 LARGEST_PLACE_PX = 2**24  # x and y lie below it: float32 represents integers exactly up to there
 TILE_PX = 512  # most columns of a tile on a CPU: means differ more in a wider one, and more tiles need the code for all means
+FEW_PX = 2**16  # photosites up to which one build for all means pays: a build takes 0.5 s, and such a frame 1 ms at most
 VECTOR_PX = 32  # columns that a CPU computes at once: several registers, so that few instructions wait for the one before
 REQUIRED = tuple(stem for stem in stage_order() if FUSED[stem].is_required)
 
@@ -107,7 +108,7 @@ def launch_sensor(
     part: KernelPart,
     tile_height: int = tiles.TILE_HEIGHT,
 ) -> None:
-    """Enqueue the fused kernel for a stack of frames, each tile with the fastest Poisson code for its range of means.
+    """Enqueue the fused kernel for a stack of frames, each tile of a large one with the fastest Poisson code for its means.
 
     The variant of a tile and the other frames of the stack change the speed, never the codes.
     source, result: device buffers (frames, *shape), as kernels/sensor.cl says for this part. shape: (height, width).
@@ -120,7 +121,9 @@ def launch_sensor(
     frame_of_row = rows[:-1] // height
     means = np.full((len(pairs), len(columns) - 1), PoissonVariant.LARGE)
     counts = np.array([part is not KernelPart.READOUT and setting.counts_means for setting in settings])
-    if counts.any():
+    if counts.any() and len(settings) * height * width < FEW_PX:
+        means = np.where(counts[frame_of_row, np.newaxis], PoissonVariant.ALL, means)
+    elif counts.any():
         found = _poisson_variants(device, source, shape, settings, columns, rows, tile_height)
         means = np.where(counts[frame_of_row, np.newaxis], found, means)
     for group in form_launch_groups(settings, part.stems, device.constant_bytes):
@@ -129,7 +132,7 @@ def launch_sensor(
         inside = np.isin(frame_of_row, group.places)
         for variant, mask in _tile_kinds(means, pairs, inside):
             wanted = (means == variant) & (inside & (pairs == mask))[:, np.newaxis]
-            macros = {**group.defines, "POISSON_VARIANT": variant, "ROWS": mask, "PART": int(part)}
+            macros = {**group.defines, "POISSON_VARIANT": variant, "PART": int(part)}
             macros |= {"AT_ONCE": vector, "WORK_ITEMS": work_items}
             for (tile_width, tile_height), corners in tiles.join_pairs(columns, rows, wanted).items():
                 device.run(
@@ -138,16 +141,18 @@ def launch_sensor(
                     (min(work_items, tile_width), 1, 1),
                     input=source,
                     output=result,
+                    spare=result if mask == tiles.BOTH_ROWS else device.empty((len(corners), tile_width), np.float32),
                     tiles=device.upload(_tiles(corners, height, settings, group.places)),
                     seeds=seeds,
                     numbers=numbers,
                     width=width,
                     columns=tile_width,
+                    rows=mask,
                 )
 
 
 def _tile_kinds(means: np.ndarray, pairs: np.ndarray, inside: np.ndarray) -> list[tuple[int, int]]:
-    """Return the combinations of Poisson variant and rows of pairs (macro ROWS) that occur in these rows of tiles."""
+    """Return the combinations of Poisson variant and rows of pairs that occur in these rows of tiles."""
     masks = np.broadcast_to(pairs[:, np.newaxis], means.shape)[inside]
     return [
         (int(variant), int(mask)) for variant, mask in np.unique(np.stack([means[inside].ravel(), masks.ravel()]), axis=1).T

@@ -65,10 +65,15 @@ def white_level_dn(steps: Iterable[SignalStep], black_level_dn: float) -> int:
 
 
 @cache
+def _words() -> tuple[tuple[str, str], ...]:
+    """Return the words in capitals of the kernel's text, in order, each with the bracket behind it or ""."""
+    return tuple(sorted(set(re.findall(r"\b([A-Z]+_\w+)(\[?)", kernel_source("sensor.cl")))))
+
+
 def _macros(stem: str) -> tuple[tuple[str, str], ...]:
     """Return the macros of a stage that the kernel uses, with placeholder values so that an absent stage compiles."""
-    names = sorted(set(re.findall(rf"\b({stem.upper()}_\w+)(\[?)", kernel_source("sensor.cl"))))
-    return tuple((name, "parameters" if bracket else "0") for name, bracket in names if not name.endswith("_H"))
+    names = [(name, bracket) for name, bracket in _words() if name.startswith(f"{stem.upper()}_") and not name.endswith("_H")]
+    return tuple((name, "parameters" if bracket else "0") for name, bracket in names)
 
 
 @cache

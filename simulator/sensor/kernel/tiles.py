@@ -6,6 +6,7 @@ A work-group of the sensor kernel is one pair of rows of a tile; the device limi
 import numpy as np
 
 TILE_HEIGHT = 64
+FIRST_ROW, SECOND_ROW, BOTH_ROWS = 1, 2, 3  # rows of a pair, as kernels/sensor_part.h numbers them
 
 
 def split_evenly(extent: int, size: int) -> np.ndarray:
@@ -35,8 +36,8 @@ def pair_edges(first: int, extent: int, size: int) -> np.ndarray:
 
 
 def rows_of_pairs(first: int, rows: np.ndarray) -> np.ndarray:
-    """Return which rows of its pairs each tile row of `pair_edges` contains: 1 the first, 2 the second, 3 both."""
-    return np.where(np.diff(rows) > 1, 3, np.where((rows[:-1] + first) % 2 == 0, 1, 2))
+    """Return which rows of its pairs each tile row of `pair_edges` contains: FIRST_ROW, SECOND_ROW or BOTH_ROWS."""
+    return np.where(np.diff(rows) > 1, BOTH_ROWS, np.where((rows[:-1] + first) % 2 == 0, FIRST_ROW, SECOND_ROW))
 
 
 def stack_edges(firsts: list[int], extent: int, size: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,6 @@
 """Frames share a build of a kernel where they have the same of the stages that it runs."""
 
+import numpy as np
 import pytest
 
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, form_launch_groups
@@ -8,6 +9,7 @@ from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.analog_gain import AnalogGain
 from simulator.sensor.stages.column_offset import ColumnOffset
 from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 from simulator.sensor.stages.prnu import Prnu
 
 PLAIN = (AnalogGain(2.0), Adc(12, 64.0))
@@ -28,3 +30,36 @@ def test_stages_that_a_kernel_does_not_run_need_no_build(stems, numbers):
     groups = list(form_launch_groups(settings, stems, 2**16))
     assert sorted(group.numbers.shape[1] for group in groups) == numbers
     assert sorted(place for group in groups for place in group.places) == [0, 1, 2, 3]
+
+
+@pytest.fixture
+def builds(bench, monkeypatch):
+    """Files and macros of the kernels that are asked for."""
+    asked, kernel = [], bench.device.kernel
+
+    def ask(name, defines, file=None):
+        asked.append((name, tuple(sorted(map(str, defines.items())))))
+        return kernel(name, defines, file)
+
+    monkeypatch.setattr(bench.device, "kernel", ask)
+    return asked
+
+
+def test_a_frame_that_begins_or_ends_within_a_pair_of_rows_takes_the_build_of_any(bench, builds):
+    light = np.geomspace(0.1, 1e4, 70 * 97).reshape(70, 97)
+    whole = bench.sensor(light, PhotonShotNoise(), Prnu(0.01))
+    one = set(builds)
+    for first, last in ((1, 70), (0, 69), (3, 4), (4, 5), (1, 64)):
+        assert np.array_equal(bench.sensor(light[first:last], PhotonShotNoise(), Prnu(0.01), y=first), whole[first:last])
+    assert set(builds) == one
+
+
+def test_a_small_frame_takes_one_build_whatever_its_light(bench, builds):
+    light = np.geomspace(0.1, 1e4, 256 * 256).reshape(256, 256)
+    whole = bench.sensor(light, PhotonShotNoise())
+    large = len(set(builds))
+    builds.clear()
+    for first in (0, 64, 128, 192):
+        part = bench.sensor(light[first : first + 64], PhotonShotNoise(), y=first)
+        assert np.array_equal(part, whole[first : first + 64])
+    assert len(set(builds)) == 1 < large
