@@ -3,36 +3,27 @@
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.optics.blur_planning import (
-    electrons_per_radiance,
     gathers_squares,
     plan_accuracy,
     with_defocus,
 )
-from simulator.optics.defocus.accuracy import Accuracy, square_error
-from simulator.optics.defocus.scene_light import BRIGHT, scene_bends, scene_detail
-from simulator.optics.geometry.end_spacing import LIT_SHARE
+from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import plan_projection
+from simulator.optics.kernel_planning import with_psf
 from simulator.optics.lamp_planning import with_drawn_lamps
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.relative_illumination import illumination_error
 from simulator.optics.motion_planning import with_motion
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.psf.bent_light import kernel_bend_error
-from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
-from simulator.optics.psf.lamps import Lamps
 from simulator.optics.psf.pixel_aperture import Sampling
-from simulator.optics.psf.psf_errors import bent_light_error, focus_error, undrawn_error
-from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
-from simulator.optics.psf.visibility import Visibility
-from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.veiling_glare import plan_veiling_glare
 from simulator.scene.compositing import flatten_layers, join_layers
 from simulator.scene.content_keys import freeze, is_ours
@@ -171,7 +162,7 @@ def _plan_sensor_optics(
         planned = _with_rays_through_filter(planned, lens, sensor)
         if draws_lamps:
             planned = _with_open_area(planned, lens, sensor)
-    return _with_psf(planned, lens, sensor, floor, draws_lamps)
+    return with_psf(planned, lens, sensor, floor, draws_lamps)
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
@@ -198,89 +189,6 @@ def _with_open_area(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> Opti
         return planned
     footprint = sampling.footprint(camera.pixel_pitch_um)
     return replace(planned, projection=replace(planned.projection, footprint=footprint))
-
-
-def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None, draws_lamps: bool) -> OpticsPlan:
-    """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
-    projection = planned.projection
-    if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprint is not None:
-        return planned  # the scene is integrated over the open area of each photosite
-    exposure, irradiance = sensor.exposure, sensor.irradiance
-    factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
-    contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
-    if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
-        contrast = math.inf  # nothing is left out
-    per_radiance = electrons_per_radiance(lens, sensor)
-    psf, skipped, lamps = plan_visible_psf(
-        lens,
-        sensor.camera,
-        planned.scene,
-        planned.weights,
-        planned.defocus,
-        planned.projection,
-        contrast,
-        planned.accuracy,
-        partial(_bends, planned, per_radiance),
-        planned.tolerance,
-        focus_px=planned.focus_px,
-        draws_lamps=draws_lamps,
-    )
-    defocus = planned.defocus
-    if defocus is not None and psf is not None and psf.corrected_px:
-        defocus = replace(defocus, corrected_px=max(abs(radius) for radius in psf.corrected_px))
-    sampled = 0.0 if psf is None else _sampling_error(planned, psf, lamps, per_radiance)
-    undrawn = left_out = 0.0
-    if psf is not None:
-        left_out = _focus_error(planned, psf, lens, per_radiance)
-        first = planned.defocus if not psf.by_distance else None
-        smallest_px = None if first is None else min(least for least, _ in first.of_scene().ranges_px)
-        dark = partial(dark_light, planned.scene, planned.weights)
-        undrawn = undrawn_error(psf, lamps, planned.projection, planned.accuracy, dark, smallest_px)
-    return replace(
-        planned,
-        psf=psf,
-        psf_skipped=skipped,
-        lamps=planned.lamps if psf is None else lamps,
-        defocus=defocus,
-        sampling_error=sampled,
-        lamp_error=undrawn,
-        focus_error=left_out,
-    )
-
-
-def _focus_error(planned: OpticsPlan, psf: FieldPsf, lens: Lens, per_radiance: float) -> float:
-    """Error of the kernels of a lens with aberrations at `OpticsPlan.focus_px`, where the scene has other distances, too."""
-    if planned.defocus is not None or lens.aberrations is None or planned.ignored_px == 0.0:
-        return 0.0
-    accuracy = planned.accuracy
-    dark_e = min(per_radiance * dark_light(planned.scene, planned.weights), accuracy.electrons)
-    light = accuracy.electrons, dark_e, accuracy.read_noise_e
-    seen = Visibility(accuracy.allowed, planned.projection.scale, accuracy.peak, *light)
-    return focus_error(psf, planned.ignored_px, planned.channels, seen)
-
-
-def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:
-    """Error of the samples of a scene that kernels by distance are applied to, as a share of the brightest light.
-
-    Kernels end within samples that mix pixels of a fine scene, as photosites and circles of confusion do, or in which the light
-    of a coarse scene bends; those of a lens spread what samples do not tell of it.
-    """
-    projection = planned.projection
-    if psf.is_squares and projection.is_bilinear:
-        return bent_light_error(psf.sampling, psf.pitch_um, psf.over, projection.scale, _bends(planned, per_radiance))
-    if psf.by_distance and projection.is_bilinear:
-        return kernel_bend_error(psf, projection.scale, planned.channels) * _bends(planned, per_radiance)
-    if not psf.by_distance or not projection.is_fine or projection.whole_pixels((psf.over,)):
-        return 0.0
-    scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)
-    detail = scene_detail(scene, planned.weights, per_radiance, planned.accuracy)
-    width_px = airy_radius_px(psf.lens_psf) if isinstance(psf.lens_psf, WavefrontPsf) else 0.0
-    return float(square_error(np.array(width_px), psf.over, projection.scale, detail))
-
-
-def _bends(planned: OpticsPlan, per_radiance: float) -> float:
-    """Bend of the scene's light at its pixels, but for lamps, which have an error of their own (`scene_bends`)."""
-    return scene_bends(planned.scene, planned.weights, per_radiance, planned.accuracy, BRIGHT, LIT_SHARE, has_lamps=False)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

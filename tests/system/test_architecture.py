@@ -118,6 +118,7 @@ ORDER = {
         "optics_planning",
         "motion_planning",
         "lamp_planning",
+        "kernel_planning",
         "blur_planning",
         "optics_plan",
         "ray_reference",
