@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Limit = Literal["method", "input"]
+PSF = "point spread function"  # effect of the terms of kernels
 
 
 @dataclass(frozen=True)

@@ -10,17 +10,10 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.joint_motion import JointMotion
 from simulator.optics.defocus.mixed_edges import WIDE, LayerEdges, cells_ns, crossed_spans, find_edges, open_parts
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Skipped
-from simulator.optics.geometry.instants import MOST_INSTANTS
-from simulator.optics.geometry.layer_phases import LEAST_SCALE, MOST_SCALE, LayerPhases, plan_phases
-from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.geometry.rows_between import MOST_SHARE, rows_error
-from simulator.optics.psf.field_psf import FieldPsf
-from simulator.optics.psf.lamps import Lamps
 from simulator.optics.veiling_glare import VeilingGlare
 from simulator.scene.content_keys import digest, freeze
 from simulator.scene.scene import Scene
@@ -38,7 +31,12 @@ LONGEST_SHIFT_PX = 2048.0  # longest path whose weights are found in the rectang
 MOST_SHIFTED_LAYERS = 4  # that one launch composites
 MOST_DRIFT = 0.007  # change of displacements from photosite to photosite, by which a span of 128 drifts less than a pixel
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # what a sharp frame at rest does without
+    from simulator.optics.defocus.joint_motion import JointMotion
+    from simulator.optics.geometry.layer_phases import LayerPhases
+    from simulator.optics.geometry.motion_plan import MotionPlan
+    from simulator.optics.psf.field_psf import FieldPsf
+    from simulator.optics.psf.lamps import Lamps
     from simulator.optics.ray_reference.deep_rays import DeepBlur
 
 
@@ -79,23 +77,23 @@ class OpticsPlan:
     accuracy: Accuracy
     defocus: Defocus | None = None
     veiling_glare: VeilingGlare | None = None
-    psf: FieldPsf | None = None
+    psf: "FieldPsf | None" = None
     disoccluded_share: float | None = None
     deep_blur: "DeepBlur | None" = None
     psf_skipped: Skipped | None = None
     focus_px: float = 0.0
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
-    motion: MotionPlan | None = None
-    flash_motion: MotionPlan | None = None
+    motion: "MotionPlan | None" = None
+    flash_motion: "MotionPlan | None" = None
     has_flash: bool = False
     motion_skipped: Skipped | None = None
-    joint: JointMotion | None = None
+    joint: "JointMotion | None" = None
     illumination_error: float = 0.0
     sampling_error: float = 0.0
     tolerance: float = 0.0
     moved_radii: Projection | None = None
-    lamps: Lamps | None = None
+    lamps: "Lamps | None" = None
     lamp_error: float = 0.0
     focus_error: float = 0.0
 
@@ -153,7 +151,7 @@ class OpticsPlan:
         return 1 < self.covering_layers <= MOST_SHIFTED_LAYERS and max(motion.slopes) <= MOST_DRIFT
 
     @cached_property
-    def layer_phases(self) -> LayerPhases | None:
+    def layer_phases(self) -> "LayerPhases | None":
         """Places between photosites at which layers that shift apart are averaged; None: none are.
 
         Such a scene has another number of pixels than photosites, and its layers are sharp.
@@ -161,6 +159,8 @@ class OpticsPlan:
         motion, projection = self.motion, self.projection
         if motion is None or motion.vectors is not None or motion.blur is not None or motion.path.lines.axis == "columns":
             return None
+        from simulator.optics.geometry.layer_phases import LEAST_SCALE, MOST_SCALE, plan_phases
+
         if projection.warp is not None or not LEAST_SCALE <= projection.scale <= MOST_SCALE:
             return None
         if not (projection.is_fine or projection.is_bilinear or projection.nearest):
@@ -206,11 +206,15 @@ class OpticsPlan:
     @property
     def reads_rows(self) -> bool:
         """Whether points of layers for which `samples_shifted_layers` holds read the nearest of some rows between pixels."""
+        from simulator.optics.geometry.rows_between import MOST_SHARE
+
         return self.samples_shifted_layers and self.rows_error <= MOST_SHARE * self.accuracy.allowed
 
     @property
     def rows_error(self) -> float:
         """Error of that, of detail between zero and the brightest light, as its share."""
+        from simulator.optics.geometry.rows_between import rows_error
+
         blur = self.moving_blur
         assert blur is not None  # it blurs the layers, each by one radius
         smallest_px = min(abs(float(radius)) for radius in blur.radii_px[: self.covering_layers])
@@ -285,6 +289,8 @@ class OpticsPlan:
         An edge that passes a photosite is hidden and seen again up to `open_parts` times, each of which errs as an edge does
         that passes it once; and edges of two layers meet at the speed at which these shift apart.
         """
+        from simulator.optics.geometry.instants import MOST_INSTANTS
+
         assert self.motion is not None  # something moves
         plan = self.motion.with_lamps_everywhere()
         ways = [plan.path.shift_at(plan.path.times_s, layer) for layer in range(self.covering_layers)]
@@ -347,7 +353,7 @@ class OpticsPlan:
         turns = [own.homographies(motion.path.poses, layer)[..., :2, :2] - np.eye(2) for layer in moving]
         return len(moving) <= 1 and all(float(np.abs(turn).max()) <= LEAST_TURN for turn in turns)
 
-    def _sweeps_pixels(self, motion: MotionPlan, over: int) -> bool:
+    def _sweeps_pixels(self, motion: "MotionPlan", over: int) -> bool:
         """Whether what is swept has a pixel for each of `over` samples per photosite and axis, read between four of them."""
         projection = self.projection
         is_even = projection.scale == over and not projection.nearest and projection.warp is None

@@ -4,6 +4,7 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,14 +15,11 @@ from simulator.optics.blur_planning import (
     with_defocus,
 )
 from simulator.optics.defocus.accuracy import Accuracy
-from simulator.optics.geometry.motion_plan import Timing
+from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import plan_projection
-from simulator.optics.kernel_planning import with_psf
-from simulator.optics.lamp_planning import with_drawn_lamps
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.relative_illumination import illumination_error
-from simulator.optics.motion_planning import with_motion
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.veiling_glare import plan_veiling_glare
@@ -31,6 +29,9 @@ from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.geometry.motion_plan import Timing
 
 # What a camera does with the light, of which its optics knows the NoiseFloor alone. All other fields of `Camera` are keys.
 SENSOR_ONLY = frozenset(
@@ -58,7 +59,7 @@ def plan_optics(
     lens: Lens,
     sensor: SensorPlan,
     tolerance: float,
-    timing: Timing | None = None,
+    timing: "Timing | None" = None,
     *,
     draws_lamps: bool = True,
     joins_layers: bool = True,
@@ -78,6 +79,8 @@ def plan_optics(
 
     def make() -> OpticsPlan:
         if timing is not None:  # the plan of the image at rest is kept with the scene, too
+            from simulator.optics.motion_planning import with_motion  # nothing moves in most shots
+
             resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False, joins_layers=joins_layers, whole=whole)
             return with_motion(resting, loaded, lens, sensor, timing)
         made = _plan_sensor_optics(loaded, lens, sensor, tolerance, tolerance if whole is None else whole, draws_lamps)
@@ -91,7 +94,7 @@ def plan_optics(
     return replace(planned, window=sensor.readout.computed)
 
 
-def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> Hashable | None:
+def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float, timing: "Timing | None" = None) -> Hashable | None:
     """Return what a plan depends on besides scene and window; None for a lens of which nothing tells when it is the same.
 
     Of what the camera does with the light, that is the NoiseFloor alone.
@@ -157,11 +160,18 @@ def _plan_sensor_optics(
         planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
         planned = with_defocus(planned, loaded, lens, sensor)
-        if draws_lamps and floor is not None:
+        if draws_lamps and floor is not None and planned.defocus is not None:
+            from simulator.optics.lamp_planning import with_drawn_lamps  # not needed for a sharp frame
+
             planned = with_drawn_lamps(planned, loaded, lens, sensor, floor)
         planned = _with_rays_through_filter(planned, lens, sensor)
         if draws_lamps:
             planned = _with_open_area(planned, lens, sensor)
+    is_whole = planned.projection.open_side == 1.0 and planned.projection.low_pass_px == 0.0  # nothing is averaged before
+    if is_whole and planned.projection.footprint is None and _is_even(planned.scene):
+        return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
+    from simulator.optics.kernel_planning import with_psf  # not needed for an even scene
+
     return with_psf(planned, lens, sensor, floor, draws_lamps)
 
 
@@ -189,6 +199,13 @@ def _with_open_area(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> Opti
         return planned
     footprint = sampling.footprint(camera.pixel_pitch_um)
     return replace(planned, projection=replace(planned.projection, footprint=footprint))
+
+
+def _is_even(scene: Scene) -> bool:
+    """Whether a scene has the same light everywhere, so that its contrast is 0. The first row of most tells that it is not."""
+    if scene.behind or scene.coverage is not None:
+        return False
+    return bool((scene.planes[0] == scene.planes[0, 0]).all() and (scene.planes == scene.planes[0, 0]).all())
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

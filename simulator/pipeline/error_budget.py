@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.joint_errors import TIGHTER, sampled_detail
 from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
 from simulator.optics.defocus.predicted_error import (
     RAYS,
@@ -19,7 +18,6 @@ from simulator.optics.error_term import ErrorTerm, Limit
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
 from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.psf.psf_errors import psf_errors
 from simulator.optics.veiling_glare import glare_errors
 from simulator.scene.content_keys import freeze
 
@@ -105,17 +103,20 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
     terms += _rows_between(optics, sum(term.sigma for term in terms))
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
-    terms += psf_errors(
-        optics.psf,
-        optics.psf_skipped,
-        accuracy,
-        smallest_px,
-        contrast.curvature,
-        optics.sampling_error,
-        optics.lamp_error,
-        left_out=optics.focus_error,
-        is_fine=optics.projection.is_fine,
-    )
+    if optics.psf is not None or (optics.psf_skipped is not None and optics.psf_skipped.sigma):
+        from simulator.optics.psf.psf_errors import psf_errors  # not needed without kernels
+
+        terms += psf_errors(
+            optics.psf,
+            optics.psf_skipped,
+            accuracy,
+            smallest_px,
+            contrast.curvature,
+            optics.sampling_error,
+            optics.lamp_error,
+            left_out=optics.focus_error,
+            is_fine=optics.projection.is_fine,
+        )
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))
@@ -135,6 +136,8 @@ def _rows_between(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     """Term of points of aperture and time that read the nearest row. beside_sigma: terms of blur, of signs of their own."""
     if not optics.reads_rows:
         return []
+    from simulator.optics.defocus.joint_errors import TIGHTER, sampled_detail  # not needed at rest
+
     share = sampled_detail(optics.contrast, has_edges=True) * optics.rows_error
     more = math.hypot(beside_sigma, optics.accuracy.in_sigma(share)) - beside_sigma
     return [ErrorTerm(MOTION, f"reads at the nearest of {PHASES} places between rows", more, TIGHTER)]

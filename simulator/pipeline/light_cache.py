@@ -10,13 +10,12 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, is_dataclass
 from threading import RLock
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
 from simulator.device import Buffer
 from simulator.errors import PhotositeError, require
-from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.optics_planning import optics_key
 from simulator.pipeline.shot import Shot
@@ -24,6 +23,9 @@ from simulator.scene.content_keys import Itself, freeze, is_ours
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.sensor_plan import SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.geometry.motion_plan import Timing
 
 LIGHT_BYTES = 2**30  # memory of a cache, unless an argument or the environment says another
 LIGHT_MB = "PHOTOSITE_LIGHT_MB"  # name of the environment's variable [2^20 bytes]
@@ -60,7 +62,7 @@ class LightKey:
 
 
 def light_key(
-    shot: Shot, sensor: SensorPlan, scene: Scene, exposed: Hashable = None, timing: Timing | None = None
+    shot: Shot, sensor: SensorPlan, scene: Scene, exposed: Hashable = None, timing: "Timing | None" = None
 ) -> LightKey | None:
     """Return the key of a shot's light; None where nothing tells when it is the same.
 

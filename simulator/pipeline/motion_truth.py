@@ -11,7 +11,6 @@ from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.optics.geometry.image_motion import plan_geometry
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.geometry.surface_flow import SurfaceFlow
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.truth_maps import centres_px
 from simulator.scene.scene import Scene
@@ -29,6 +28,8 @@ def flow_map(
     openings: of the shutter, from the release on.
     Raises PhotositeError for a lens that forms no image, and for a path that ends before.
     """
+    from simulator.optics.geometry.surface_flow import SurfaceFlow  # not needed for the pose
+
     frame, motion = layout.computed, shot.motion or Motion()
     require(shot.lens.forms_image, "truth", "flow", "this lens forms no image that could move; leave flow out")
     geometry = plan_geometry(shot.lens, shot.camera, projection)

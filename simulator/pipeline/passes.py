@@ -13,6 +13,7 @@ import numpy as np
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
+from simulator.optics.error_term import PSF
 from simulator.optics.geometry.motion_cost import (
     DRIFTING,
     FOUR_READ,
@@ -24,7 +25,6 @@ from simulator.optics.geometry.motion_cost import (
     sweep_cost_ms,
 )
 from simulator.optics.geometry.motion_errors import MOTION
-from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
 from simulator.optics.geometry.projection_cost import projection_work
 from simulator.optics.optics_plan import OpticsPlan
@@ -33,12 +33,12 @@ from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.veiling_glare import GLARE
 from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget
 from simulator.pipeline.planned_pass import Pass, error_of, pixels_of
-from simulator.pipeline.psf_passes import psf_pass
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
 
 if TYPE_CHECKING:
+    from simulator.optics.geometry.motion_plan import MotionPlan
     from simulator.optics.passes.tile_plan import TilePlan
 
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
@@ -99,13 +99,13 @@ def passes_of(
     computed on its own.
     """
     budget = error_budget(optics)
-    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), psf_pass(optics, budget, tiles))
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget, tiles))
     motion = _motion(optics, still, budget)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
         assert optics.motion is not None and optics.motion.blur is not None  # what is swept is blurred
         swept = replace(optics, projection=optics.projection.on_samples(optics.motion.blur.samples_per_axis))
-        defocus, psf = _defocus(swept, tiles, budget), psf_pass(swept, budget, tiles)
+        defocus, psf = _defocus(swept, tiles, budget), _psf(swept, budget, tiles)
         projection = replace(projection, method="part of the motion")
     elif motion.kept:
         projection, defocus, psf = (
@@ -339,7 +339,22 @@ def _may_occlude(optics: OpticsPlan) -> bool:
     return len(optics.scene.layers) > 1 or optics.contrast.has_steps
 
 
-def _instants_ms(optics: OpticsPlan, motion: MotionPlan, budget: ErrorBudget) -> float:
+def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> Pass:
+    """Return the pass of the plan's point spread function. tiles: method of each tile; None: not measured yet."""
+    if optics.psf is not None:
+        from simulator.pipeline.psf_passes import psf_pass  # not needed without kernels
+
+        return psf_pass(optics, budget, tiles)
+    ideal = "the lens is ideal and photosites are sensitive all over"
+    if optics.projection.open_side < 1.0:
+        ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
+    if optics.projection.footprint is not None:
+        ideal = "the lens is ideal, and the scene is averaged over what photosites see through the low-pass filter"
+    why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
+    return Pass("point spread function", False, why, error_sigma=error_of(budget, PSF))
+
+
+def _instants_ms(optics: OpticsPlan, motion: "MotionPlan", budget: ErrorBudget) -> float:
     """Time of the image at each instant, over the lines that it lights, of a scene that is posed and measured anew."""
     window, axis = optics.window, motion.path.lines.axis
     nodes, lit = instants_of(motion, window.height)
@@ -348,7 +363,7 @@ def _instants_ms(optics: OpticsPlan, motion: MotionPlan, budget: ErrorBudget) ->
         optics, projection=replace(optics.projection, pose=(0.0,) * 10), motion=None, flash_motion=None, window=part
     )
     defocus = _defocus(still, None, budget)
-    each = (_projection(still), _radius_statistics(still, defocus), defocus, psf_pass(still, budget, None))
+    each = (_projection(still), _radius_statistics(still, defocus), defocus, _psf(still, budget, None))
     return instants_cost_ms(nodes, sum(one.cost_ms for one in each))
 
 

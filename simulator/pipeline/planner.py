@@ -10,7 +10,6 @@ from simulator.displayed import Displayed
 from simulator.errors import require
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
 from simulator.exposure.later_exposures import later_exposures
-from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import tangent_per_pixel
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan
@@ -178,10 +177,13 @@ def _plan_light(
 ) -> tuple[OpticsPlan, LightKey | None]:
     """Return the plan of the optics, and the key of its light where a cache holds it."""
     scene = load_seen(shot)
+    timing = None
     if shot.motion is not None:
+        from simulator.optics.geometry.motion_plan import Timing  # nothing moves in most shots
+
+        timing = Timing(shot.motion, exposed.components)
         shot.motion.check_layers([float(np.min(layer.depth_m)) for layer in scene.layers])
         shot.motion.check_span(*shot.motion.needed_span(shot.exposure.start_s, exposed.openings, "flow" in shot.truth))
-    timing = None if shot.motion is None else Timing(shot.motion, exposed.components)
     tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)
 
     def make() -> OpticsPlan:

@@ -5,13 +5,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from simulator.optics.defocus.predicted_error import BLUR
+from simulator.optics.error_term import PSF
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import split_into_bands
 from simulator.optics.passes.psf_work import gathered_work, transformed_work
 from simulator.optics.psf import psf_cost
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.kernel_split import Core
-from simulator.optics.psf.psf_errors import PSF
 from simulator.pipeline.error_budget import ErrorBudget
 from simulator.pipeline.planned_pass import Pass, error_of, pixels_of
 
@@ -22,14 +22,7 @@ if TYPE_CHECKING:
 def psf_pass(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> Pass:
     """Return the pass of the plan's point spread function. tiles: method of each tile; None: not measured yet."""
     psf = optics.psf
-    if psf is None:
-        ideal = "the lens is ideal and photosites are sensitive all over"
-        if optics.projection.open_side < 1.0:
-            ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
-        if optics.projection.footprint is not None:
-            ideal = "the lens is ideal, and the scene is averaged over what photosites see through the low-pass filter"
-        why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
-        return Pass("point spread function", False, why, error_sigma=error_of(budget, PSF))
+    assert psf is not None  # else there is no such pass
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
     includes_blur = psf.by_distance and optics.defocus is not None
     error = error_of(budget, PSF, BLUR) if includes_blur else error_of(budget, PSF)

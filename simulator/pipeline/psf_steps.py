@@ -2,17 +2,22 @@
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.error_term import Skipped
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.perspective import GREEN_NM
-from simulator.optics.psf.field_psf import FieldPsf
 from simulator.pipeline.step import Step
 from simulator.sensor.camera.camera import Camera
 
+if TYPE_CHECKING:
+    from simulator.optics.psf.field_psf import FieldPsf
 
-def psf_steps(lens: Lens, camera: Camera, defocus: Defocus | None, psf: FieldPsf | None, skipped: Skipped | None) -> list[Step]:
+
+def psf_steps(
+    lens: Lens, camera: Camera, defocus: Defocus | None, psf: "FieldPsf | None", skipped: Skipped | None
+) -> list[Step]:
     """Steps of diffraction, aberrations, low-pass filter and pixel aperture.
 
     skipped: why their point spread function is left out; None: it is not.
@@ -28,7 +33,7 @@ def psf_steps(lens: Lens, camera: Camera, defocus: Defocus | None, psf: FieldPsf
     return [replace(step, kept=False, why=skipped.reason if step.kept else step.why) for step in steps]
 
 
-def _diffraction(lens: Lens, camera: Camera, defocus: Defocus | None, psf: FieldPsf | None) -> Step:
+def _diffraction(lens: Lens, camera: Camera, defocus: Defocus | None, psf: "FieldPsf | None") -> Step:
     step = "diffraction"
     if not lens.forms_image:
         return Step(step, False, "without a lens there is no image")
@@ -41,7 +46,7 @@ def _diffraction(lens: Lens, camera: Camera, defocus: Defocus | None, psf: Field
     return Step(step, True, airy if psf is None else f"{airy}; {_order(lens, defocus, psf)}")
 
 
-def _aberrations(lens: Lens, psf: FieldPsf | None) -> Step:
+def _aberrations(lens: Lens, psf: "FieldPsf | None") -> Step:
     step = "aberrations"
     if not lens.can_have_aberrations:
         return Step(step, False, "nothing is refracted")
@@ -53,7 +58,7 @@ def _aberrations(lens: Lens, psf: FieldPsf | None) -> Step:
     return Step(step, True, nodes if lens.psf is None else f"{lens.psf.name}, {nodes}; {_slabs(psf)}")
 
 
-def _order(lens: Lens, defocus: Defocus | None, psf: FieldPsf) -> str:
+def _order(lens: Lens, defocus: Defocus | None, psf: "FieldPsf") -> str:
     """Whether the kernels include the blur of defocus or follow it, and why."""
     if psf.by_distance or defocus is None:
         return _slabs(psf)
@@ -63,7 +68,7 @@ def _order(lens: Lens, defocus: Defocus | None, psf: FieldPsf) -> str:
     return f"follows the geometric blur, since {far} (up to {defocus.largest_px:.1f} photosites in radius)"
 
 
-def _slabs(psf: FieldPsf) -> str:
+def _slabs(psf: "FieldPsf") -> str:
     size, count = 2 * psf.reach_px + 1, len(psf.radii_px)
     if not psf.by_distance:
         return f"kernels of {size} photosites follow the geometric blur"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from functools import cached_property
-from typing import Self, TypeVar
+from typing import TYPE_CHECKING, Self, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from simulator.errors import require
 from simulator.optics.defocus.accuracy import MEASURED, WIDE_PX, Accuracy, lamp_px
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
-from simulator.optics.defocus.joint_motion import JointMotion
 from simulator.optics.defocus.lamp_laws import gathered_lamp_error
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
@@ -26,6 +25,9 @@ from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.memo import Memo
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
+
+if TYPE_CHECKING:
+    from simulator.optics.defocus.joint_motion import JointMotion
 
 LARGEST_PX = 1024  # largest blur radius; beyond it an image is hardly recognisable and takes minutes
 TILE_COLUMNS: int = 128
@@ -86,7 +88,7 @@ class Defocus:
     area: PhotositeArea = WHOLE
     wider: int = 1
     corrected_px: float = 0.0
-    motion: JointMotion | None = None
+    motion: "JointMotion | None" = None
     _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
 
     def remember(self, key: Hashable, make: Callable[[], T]) -> T:

@@ -5,9 +5,12 @@ The nanoseconds are processor time of all cores over two, of the reference machi
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
+
+if TYPE_CHECKING:
+    from simulator.optics.geometry.motion_plan import MotionPlan
 
 COST_NS = {
     "sweep launches": 1.5e6,  # of a frame that one kernel sweeps: paths and launches
@@ -45,7 +48,7 @@ def moving_cost_ms(pixels: int, surfaces: int) -> float:
     return 1e-6 * (COST_NS["moving launches"] + COST_NS["moving points"] * pixels * surfaces)
 
 
-def instants_of(motion: MotionPlan, lines: int) -> tuple[int, int]:
+def instants_of(motion: "MotionPlan", lines: int) -> tuple[int, int]:
     """Return at how many instants the optics run, and how many of the lines each of them lights.
 
     Where lines open one after the other they share instants.

@@ -1,15 +1,19 @@
 """Predicts the error of the image's motion as it is planned."""
 
+from typing import TYPE_CHECKING
+
 from simulator.optics.error_term import ErrorTerm, Skipped
 from simulator.optics.geometry.instants import MOST_INSTANTS
-from simulator.optics.geometry.motion_plan import MotionPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.geometry.motion_plan import MotionPlan
 
 MOTION = "motion blur"  # effect of the terms
 STILL = "give a smaller tolerance"
 SHORTER = "give a shorter exposure.time"
 
 
-def motion_errors(motion: MotionPlan | None, skipped: Skipped | None, sigma: float) -> list[ErrorTerm]:
+def motion_errors(motion: "MotionPlan | None", skipped: Skipped | None, sigma: float) -> list[ErrorTerm]:
     """Return the error of the instants of a motion, or of leaving it out. skipped: why it is; None: it is not.
 
     sigma: one standard deviation of the noise, as a share of the brightest light.

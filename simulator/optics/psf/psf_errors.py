@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
-from simulator.optics.error_term import ErrorTerm, Skipped
+from simulator.optics.error_term import PSF, ErrorTerm, Skipped
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.kernel_split import Core, gather_table, split_kernel
@@ -22,7 +22,6 @@ from simulator.optics.psf.wavefront_psf import WavefrontPsf
 
 PLACES = (0.0, 0.25, 0.5, 0.75)  # of lamps in a photosite, along an axis, at which their error is asked
 BESIDE = 1.5  # times the error of one lamp, where several lie beside each other
-PSF = "point spread function"  # effect of the terms
 TIGHTER = "give a smaller tolerance"
 DIVIDED = "give a scene of 1, 2 or 4 pixels per photosite that begin at its border"
 DRAWN = "lamps are drawn by themselves in one picture that is in focus and at rest, without distortion; give fewer of them"
