@@ -12,6 +12,7 @@
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "lanes.h"
 #include "psf_slabs.h"
 #include "psf_tail.h"
 #include "row_band.h"
@@ -31,54 +32,42 @@ kernel void psf_own_slabs(global const float *restrict planes, global const floa
     const size_t node = (size_t)place;
     const float share = place - (float)node;
     const size_t below = share > 0.0f ? line : 0;
+    const int leftmost = (int)parity - TAPS / 2; // of the taps, from the span's first even photosite
+    const long first_set = column_set(leftmost) * (long)(rows * columns) + column_in_set(leftmost);
+    const long second_set = column_set(leftmost + 1) * (long)(rows * columns) + column_in_set(leftmost + 1);
     float total[SPAN];
     for (uint i = 0; i < SPAN; i++) total[i] = 0.0f;
-    for (uint n = tile.first_term; n < tile.first_term + tile.terms; n++) {
+    for (uint n = tile.first_term; n < tile.first_term + tile.terms; n += terms[n].columns) {
         const struct slab_term term = terms[n];
-        global const float *of_term = kernels + node * line + (term.pair * CHANNELS + colour) * size;
-        global const float *column_weight = limits + 2 * CHANNELS + rows + 2 * column + parity + term.node_column * 2 * columns;
         global const float *own = slab_place + row_start(2 * term.layer + parity, row, rows, columns) + column;
-        float sum[SPAN], all = 0.0f;
-        for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
-        for (uint i = 0; i < SPAN; i++) {
-            const float here = column_weight[2 * i] * slab_share(term, own[i]);
-            all += here * here;
-        }
-        if (all == 0.0f) continue; // no photosite of the span has this term
         global const float *from = planes + row_start(2 * (term.layer * (CHANNELS + COVERAGE) + colour), row, rows, columns) + column;
-        for (int j = 0; j < TAPS; j++) {
-            float weight[TAPS], excess[TAPS];
-            mix_taps(of_term + j * TAPS, below, halves, share, weight, excess);
-            float high = 0.0f; // light of the row above the limit
-            for (uint set = 0; BRIGHT && set < 2; set++) {
-                const long start = ((long)(set * rows) + j - TAPS / 2) * (long)columns + FIRST;
-                for (uint k = 0; k < WIDE; k++) high += from[start + k] > limit ? from[start + k] - limit : 0.0f;
-            }
-            if (!BRIGHT || high == 0.0f) {
+        float of_slab[SPAN];
+        uint any = 0;
+        for (uint i = 0; i < SPAN; i++) {
+            of_slab[i] = slab_share(term, own[i]);
+            any |= of_slab[i] != 0.0f;
+        }
+        for (uint c = 0; any && c < term.columns; c++) { // else no photosite of the span has this slab
+            global const float *of_term = kernels + node * line + ((term.pair + c) * CHANNELS + colour) * size;
+            global const float *column_weight = limits + 2 * CHANNELS + rows + 2 * column + parity + (term.node_column + c) * 2 * columns;
+            float sum[SPAN], weight[TAPS * TAPS], excess[BRIGHT ? TAPS * TAPS : 1];
+            mix_taps(TAPS * TAPS, of_term, below, halves, share, weight, excess);
+            for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
+            for (int j = 0; j < TAPS; j++) {
+                global const float *even = from + first_set + (j - TAPS / 2) * (long)columns, *odd = from + second_set + (j - TAPS / 2) * (long)columns;
+                LANES
                 for (uint i = 0; i < SPAN; i++) {
                     float part = 0.0f;
                     __attribute__((opencl_unroll_hint(TAPS)))
                     for (uint t = 0; t < TAPS; t++) {
-                        const int sample = (int)(parity + t) - TAPS / 2;
-                        part += weight[t] * from[(column_set(sample) * (long)rows + j - TAPS / 2) * (long)columns + column_in_set(sample) + i];
+                        const float value = t % 2 ? odd[t / 2 + i] : even[t / 2 + i], dim = BRIGHT && value > limit ? limit : value;
+                        part += BRIGHT ? weight[j * TAPS + t] * dim + excess[j * TAPS + t] * (value - dim) : weight[j * TAPS + t] * value;
                     }
                     sum[i] += part;
                 }
-                continue;
             }
-            for (uint i = 0; i < SPAN; i++) {
-                float part = 0.0f;
-                __attribute__((opencl_unroll_hint(TAPS)))
-                for (uint t = 0; t < TAPS; t++) {
-                    const int sample = (int)(parity + t) - TAPS / 2;
-                    const float value = from[(column_set(sample) * (long)rows + j - TAPS / 2) * (long)columns + column_in_set(sample) + i];
-                    const float dim = value > limit ? limit : value;
-                    part += weight[t] * dim + excess[t] * (value - dim);
-                }
-                sum[i] += part;
-            }
+            for (uint i = 0; i < SPAN; i++) total[i] += column_weight[2 * i] * of_slab[i] * sum[i];
         }
-        for (uint i = 0; i < SPAN; i++) total[i] += column_weight[2 * i] * slab_share(term, own[i]) * sum[i];
     }
     add_tail(tail + colour * (2 * columns / CELL) * (rows / CELL), 2 * columns / CELL, row, 2 * column + parity, total);
     for (uint i = 0; i < SPAN; i++) {

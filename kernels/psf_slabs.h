@@ -10,7 +10,8 @@
 #include "conventions.h"
 
 #define FIRST ((-TAPS / 2 - 1) / 2) // column within its set of the leftmost tap, or the one before it
-#define WIDE (SPAN + TAPS / 2 + 4)   // columns of a set that the taps of a span read
+#define VECTOR (SPAN >= 16 ? 16 : 1)
+#define WIDE ((SPAN + TAPS / 2 + VECTOR) / VECTOR * VECTOR) // columns of a set that the taps of a span read, in whole vectors
 
 struct slab_tile {
     uint column, row;       // first photosite in the band: column within its set, row of photosites
@@ -32,14 +33,13 @@ INLINE float slab_share(const struct slab_term term, const float place) {
     return away < 1.0f ? near : away < 2.0f ? far : 0.0f;
 }
 
-// Weights of a row of taps, mixed from the node rows above and below: `weight` for all light, or for light up to the limit, and `excess`
+// Weights of `count` taps, mixed from the node rows above and below: `weight` for all light, or for light up to the limit, and `excess`
 // for light above it. tap: of the node row above. below: elements to the same of the row below; share: of its weight.
-INLINE void mix_taps(global const float *tap, const size_t below, const size_t halves, const float share, float *weight,
+INLINE void mix_taps(const uint count, global const float *tap, const size_t below, const size_t halves, const float share, float *weight,
                      float *excess) {
-    __attribute__((opencl_unroll_hint(TAPS)))
-    for (uint t = 0; t < TAPS; t++) {
+    for (uint t = 0; t < count; t++) {
         weight[t] = tap[t] + share * (tap[below + t] - tap[t]);
-        excess[t] = BRIGHT ? tap[halves + t] + share * (tap[halves + below + t] - tap[halves + t]) : 0.0f;
+        if (BRIGHT) excess[t] = tap[halves + t] + share * (tap[halves + below + t] - tap[halves + t]);
     }
 }
 
