@@ -12,7 +12,7 @@ from simulator.errors import require
 
 LARGEST_PUPIL = 4096  # samples across
 FEWEST_PUPIL = 192
-LINES = 32  # that are transformed together
+TOGETHER = 1 << 16  # samples that are transformed in one go, which the cache holds
 
 WavefrontError = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -58,96 +58,90 @@ def compute_psf(
 ) -> np.ndarray:
     """Fraction of a point's light in each of size x size square cells around the image point, (size, size) float64.
 
-    |Fourier transform of pupil exp(-2 pi i W / lambda)|^2 (Goodman, Introduction to Fourier Optics, 6.4), summed
-    directly at the wanted points (Soummer et al. 2007, Opt. Express 15, 15935), on a grid of half of lambda N or finer,
-    and integrated over the cells. The sum is below 1 by the light outside the cells.
+    |Fourier transform of pupil exp(-2 pi i W / lambda)|^2 (Goodman, Introduction to Fourier Optics, 6.4), integrated over the
+    cells. The image of a sampled pupil is periodic, and its period a whole number of cells. The sum is below 1 by the light
+    outside the cells. The amplitude is computed in single precision: the light of a cell is wrong by 1e-6 of the brightest.
     wavefront_error_um: wavefront error W at pupil points (x, y) of the unit disk [um], any shape.
     cell_um: side of a cell. size: odd. opening: edge of the pupil.
     Raises PhotositeError for a wavefront too steep to be sampled.
     """
-    finer = odd(cell_um / (0.5 * wavelength_um * f_number))
-    count = (size + 2) * finer
-    step_um = cell_um / finer
-    pupil = _pupil(wavefront_error_um, wavelength_um, count * step_um / (wavelength_um * f_number), opening)
-    places_um = (np.arange(count) - count // 2) * step_um
-    across = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * (2.0 * opening.reach / len(pupil))
-    turns = 1.0 / (2.0 * wavelength_um * f_number)
-    amplitude = _image(pupil, across, places_um * turns)
-    # Parseval: the light of the whole image plane, from the pupil's area in samples, pi / (2 reach / count)^2.
-    power = math.pi * ((0.5 * len(pupil) / opening.reach) ** 2 * 2.0 * wavelength_um * f_number) ** 2
-    cells = _cell_means(np.abs(amplitude) ** 2, finer)[1:-1, 1:-1]
-    # Truncation at the window leaves ripples along the border, which may be negative.
+    from scipy import fft
+
+    cell = cell_um / (2.0 * wavelength_um * f_number)  # its side, in turns of phase between pupil points a radius apart
+    pupil, period = _pupil(wavefront_error_um, wavelength_um, cell, size, opening)
+    band, count = len(pupil), fft.next_fast_len(2 * len(pupil) - 1)  # frequencies of the light, samples that hold them all
+    lines = np.asarray(fft.fft(pupil, count, axis=0))
+    is_even = np.array_equal(pupil, pupil[::-1])  # of a lens that is symmetric about its axis, across the field
+    if is_even:
+        lines = lines[: count // 2 + 1]
+    means = np.empty((size, len(lines)))
+    step = max(TOGETHER // count, 1)
+    for start in range(0, len(lines), step):
+        amplitude = np.asarray(fft.fft(lines[start : start + step], count))
+        means[:, start : start + step] = _line_means(amplitude.real**2 + amplitude.imag**2, size, period, band).T
+    if is_even:
+        means = np.concatenate([means, means[:, (count - 1) // 2 : 0 : -1]], axis=1)
+    cells = _line_means(means, size, period, band).T
+    # Parseval: the light of the whole image plane, from the pupil's area in samples, pi / sample^2.
+    power = math.pi * ((period * cell) ** 2 * 2.0 * wavelength_um * f_number) ** 2
+    # The light beyond the period lies within it, and rounding leaves values below 0.
     return np.maximum(cells, 0.0) * (cell_um**2 / power)
 
 
-def _image(pupil: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Fourier transform of a pupil at places that are symmetric about 0, of half of each axis along which it is even.
+def _line_means(lines: np.ndarray, size: int, period: int, band: int) -> np.ndarray:
+    """Means of periodic band-limited densities (lines, samples) over cells about their first sample, (lines, size).
 
-    A lens that is symmetric about its axis has a pupil that is even across the field.
+    period: cells. band: frequencies from 0 on that the densities have.
     """
-    is_even = [np.array_equal(pupil, np.flip(pupil, axis)) for axis in (0, 1)]
-    down, right = (places[len(places) // 2 :] if even else places for even in is_even)
-    half = _chirp_transform(_chirp_transform(pupil, across, down).T, across, right).T
-    below = np.concatenate([half[:0:-1], half]) if is_even[0] else half
-    return np.concatenate([below[:, :0:-1], below], axis=1) if is_even[1] else below
-
-
-def _cell_means(density: np.ndarray, finer: int) -> np.ndarray:
-    """Means of a periodic band-limited density over cells of finer x finer samples."""
-    return _line_means(_line_means(density, finer).T, finer).T
-
-
-def _line_means(lines: np.ndarray, finer: int) -> np.ndarray:
-    """Means along the last axis, (lines, samples / finer): frequencies that its cells cannot tell apart are added."""
     from scipy import fft
 
-    response = _mean_response(lines.shape[-1], finer)
-    spectrum = np.asarray(fft.fft(lines)) * response
-    folded = spectrum.reshape(len(lines), finer, -1).sum(axis=1)
-    return np.asarray(np.real(np.asarray(fft.ifft(folded)))) / finer
+    spectrum, response = np.asarray(fft.rfft(lines)), _mean_response(band, period)
+    folded = np.zeros((len(lines), period), spectrum.dtype)
+    for first in range(0, band, period):  # frequencies that cells cannot tell apart are added
+        here = slice(first, min(first + period, band))
+        folded[:, : here.stop - first] += spectrum[:, here] * response[here]
+    found = np.asarray(fft.ifft(folded)).real * (period / lines.shape[1])
+    return np.asarray(found[:, np.arange(-(size // 2), size // 2 + 1)])
 
 
-def _chirp_transform(lines: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Fourier transform along the first axis between even steps, (places, lines), as a convolution with a chirp.
+@lru_cache(maxsize=32)
+def _mean_response(band: int, period: int) -> np.ndarray:
+    """Share of each frequency in means over the cells of a period, for it and its negative, (band,) float32."""
+    found = 2.0 * np.sinc(np.arange(band) / period)
+    found[0] = 1.0
+    return found.astype(np.float32)
 
-    Rabiner, Schafer and Rader 1969, Bell System Technical Journal 48, 1249. A few lines at a time, which the cache holds.
+
+def _pupil(
+    wavefront_error_um: WavefrontError, wavelength_um: float, cell: float, size: int, opening: Opening
+) -> tuple[np.ndarray, int]:
+    """Complex amplitude on a square grid around the opening, complex64, and the period of its image [cells].
+
+    The grid is fine enough for W and for an image of size + 2 cells. cell: as in `compute_psf`.
     """
-    from scipy.signal import CZT
+    from scipy import fft
 
-    step, first = across[1] - across[0], across[0]
-    ratio = np.exp(-2j * math.pi * step * (places[1] - places[0]))
-    transform = CZT(len(across), len(places), ratio, np.exp(2j * math.pi * step * places[0]))
-    found = np.empty((lines.shape[1], len(places)), np.complex128)
-    for start in range(0, len(found), LINES):
-        found[start : start + LINES] = transform(lines[:, start : start + LINES].T)
-    found *= np.exp(-2j * math.pi * first * places)
-    return found.T
-
-
-@lru_cache(maxsize=8)
-def _mean_response(count: int, finer: int) -> np.ndarray:
-    """Transfer from samples of a band-limited function to its means over cells around every finer-th, (count,) complex."""
-    frequency = np.fft.fftfreq(count)
-    return np.asarray(np.sinc(frequency * finer) * np.exp(2j * math.pi * frequency * (finer // 2)))
-
-
-def _pupil(wavefront_error_um: WavefrontError, wavelength_um: float, periods: float, opening: Opening) -> np.ndarray:
-    """Complex amplitude on a square grid around the opening, fine enough for W and for an image `periods` lambda N wide."""
     rim = opening.reach * np.linspace(0.0, 1.0, 33)[:, None] * np.exp(2j * math.pi * np.arange(32) / 32)[None, :]
     step = 1e-4
     along_x = wavefront_error_um(rim.real + step, rim.imag) - wavefront_error_um(rim.real - step, rim.imag)
     along_y = wavefront_error_um(rim.real, rim.imag + step) - wavefront_error_um(rim.real, rim.imag - step)
     waves_per_radius = float(np.max(np.hypot(along_x, along_y))) / (2.0 * step * wavelength_um)
     # The image of a sampled pupil is periodic: its period must exceed the image, or light aliases to the other side.
+    periods = 2.0 * (size + 2) * cell  # lambda N
     wanted = 2.0 * waves_per_radius + max(1.25 * periods, 0.5 * periods + 2.0 * waves_per_radius)
     rule = f"needs more than {LARGEST_PUPIL} samples across the pupil; lessen the aberrations or defocus, or stop down"
     require(wanted <= LARGEST_PUPIL, "lens.aberrations", f"{waves_per_radius:.0f} waves per pupil radius", rule)
-    count = max(FEWEST_PUPIL, math.ceil(opening.reach * wanted))
-    sample = 2.0 * opening.reach / count
+    fewest = max(FEWEST_PUPIL, opening.reach * wanted)
+    period = fft.next_fast_len(math.ceil(fewest / (2.0 * opening.reach * cell)))
+    sample = 1.0 / (period * cell)
+    count = math.ceil(2.0 * opening.reach / sample)
     axis = np.arange(-(count - 1) / 2, count / 2) * sample
     ahead, mirrored = wavefront_error_um(rim.real, rim.imag), wavefront_error_um(rim.real, -rim.imag)
     is_even = opening is ROUND and np.array_equal(ahead, mirrored)
     x, y = axis[None, :], axis[count // 2 if is_even else 0 :, None]  # of an even pupil the half from the middle on
-    inside = np.clip(opening.depth(x, y) / sample + 0.5, 0.0, 1.0)  # fraction of a sample inside the edge
-    found = inside * np.exp((-2j * math.pi / wavelength_um) * wavefront_error_um(x + 0.0 * y, y + 0.0 * x))
-    return np.concatenate([found[::-1][: count // 2], found]) if is_even else found
+    inside = np.clip(opening.depth(x, y) / sample + 0.5, 0.0, 1.0).astype(np.float32)  # fraction of a sample inside the edge
+    waves = wavefront_error_um(x + 0.0 * y, y + 0.0 * x) / wavelength_um
+    phase = ((2.0 * math.pi) * (np.rint(waves) - waves)).astype(np.float32)
+    found = np.empty(phase.shape, np.complex64)
+    found.real, found.imag = inside * np.cos(phase), inside * np.sin(phase)
+    return (np.concatenate([found[::-1][: count // 2], found]) if is_even else found), period

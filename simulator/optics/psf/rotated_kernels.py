@@ -21,6 +21,7 @@ FIELD_STEPS = 8  # of the computed field radii, from the centre to the corner
 BLADE_STEPS = (0, 2, 4, 6, 8)  # of these, at which what blades change is computed
 BLADE_TURNS = 4  # angles between field and blades at which it is, over the angle from one corner to the next
 CUBIC = 4  # nodes of an interpolation
+LINES = 256  # of arrays that are summed together
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,12 @@ class RotatedKernels:
     @cached_property
     def size_px(self) -> int:
         """Photosites across kernels, before the sampling widens them."""
-        return max(self._size_px(radius_px) for radius_px in self.radii_px)
+        return max(self._sizes_px.values())
+
+    @cached_property
+    def _sizes_px(self) -> dict[float, int]:
+        """Photosites across the kernels of each computed radius."""
+        return {radius_px: self._size_px(radius_px) for radius_px in self.radii_px}
 
     def kernels(self, field_xy: tuple[float, float]) -> np.ndarray:
         """Response of photosites at the computed radii and an image point, (radii, channels, size, size) float64.
@@ -93,14 +99,14 @@ class RotatedKernels:
             return self._fine(0)
         place = min(height, 1.0) * FIELD_STEPS
         numbers, weights = lagrange_weights(np.arange(-1.0, FIELD_STEPS + 1.0), place)
-        parts = [weight * self._fine(int(number) - 1) for number, weight in zip(numbers, weights, strict=True) if weight]
+        parts = [(weight, self._fine(int(number) - 1)) for number, weight in zip(numbers, weights, strict=True) if weight]
         if self.has_blades:
             beside, along = lagrange_weights(np.array(BLADE_STEPS, float), place)
             turns = _turn_weights(self.lens_psf.opening.blades * (self.lens_psf.opening.corner_rad - angle_rad))
             for number, weight in zip(beside, along, strict=True):
                 changes = self._blade_change(BLADE_STEPS[number]) if weight else ()
-                parts += [weight * turn * change for turn, change in zip(turns, changes, strict=False) if abs(turn) > 1e-12]
-        return np.asarray(sum(parts))
+                parts += [(weight * turn, change) for turn, change in zip(turns, changes, strict=False) if abs(turn) > 1e-12]
+        return _weighted_sum(parts)
 
     def _fine(self, step: int) -> np.ndarray:
         """Samples at a computed field radius, (radii, channels, samples, samples); -1: beyond the centre, mirrored.
@@ -128,7 +134,7 @@ class RotatedKernels:
         return _spline_coefficients(made) if self.varies else made
 
     def _samples(self, radius_px: float, field_xy: tuple[float, float], opening: Opening) -> np.ndarray:
-        size_px, cells = self._size_px(radius_px), self.cells
+        size_px, cells = self._sizes_px[radius_px], self.cells
         lens = replace(self.lens_psf, size_px=size_px, cells=cells, opening=opening)
         pad = SAMPLES * (self.size_px - size_px) // 2
         channels = range(len(lens.wavelengths_nm))
@@ -152,6 +158,17 @@ class RotatedKernels:
     @cached_property
     def _changes(self) -> dict[int, np.ndarray]:
         return {}
+
+
+def _weighted_sum(parts: list[tuple[float, np.ndarray]]) -> np.ndarray:
+    """Sum of arrays with a weight each, of any one shape; float64."""
+    found = np.zeros(parts[0][1].shape)
+    lines = found.reshape(-1, found.shape[-1])
+    for start in range(0, len(lines), LINES):  # which the cache holds
+        here = slice(start, start + LINES)
+        for weight, part in parts:
+            lines[here] += weight * part.reshape(lines.shape)[here]
+    return found
 
 
 def _turn_weights(angle_rad: float) -> np.ndarray:
