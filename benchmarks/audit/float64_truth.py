@@ -71,7 +71,7 @@ def exact_means(shot: Shot, planned: Plan) -> Truth | None:
     shape = light.shape[0] // scale, light.shape[1] // scale
     means = [means_with_lamps(light[..., one], shape, abs(radius), camera.fill_factor) for one in range(light.shape[2])]
     inside = np.stack(means)[:, margin + window.y :, margin + window.x :][:, : window.height, : window.width]
-    found = np.take_along_axis(inside, _channels(planned)[None], axis=0)[0] * _electrons_per_radiance(shot, planned)
+    found = np.take_along_axis(inside, channels_of(planned)[None], axis=0)[0] * _electrons_per_radiance(shot, planned)
     return Truth(found, np.zeros_like(found))
 
 
@@ -93,7 +93,7 @@ def means_with_lamps(light: np.ndarray, shape: tuple[int, int], radius: float, f
     return around[reach:-reach, reach:-reach]
 
 
-def _channels(planned: Plan) -> np.ndarray:
+def channels_of(planned: Plan) -> np.ndarray:
     """Colour plane of each photosite of the window (height, width)."""
     window, block = planned.optics.window, np.array(planned.optics.cfa.block(planned.optics.window.x, planned.optics.window.y))
     y, x = np.mgrid[: window.height, : window.width]
@@ -107,7 +107,7 @@ def sum_rays(shot: Shot, planned: Plan, sets: int = SETS, points: int = POINTS) 
 
 
 def _one_set(shot: Shot, planned: Plan, seed: int, points: int) -> np.ndarray:
-    seen, channels = SeenPlaces.of(shot, planned), _channels(planned)
+    seen, channels = SeenPlaces.of(shot, planned), channels_of(planned)
     layers = [_Surface.of(layer.planes, layer.coverage, planned) for layer in load_scene(shot.scene).layers]
     is_exact = seen.is_upright and len(layers) == 1
     side = math.sqrt(shot.camera.fill_factor)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from audit.drawn_shots import saturation_electrons
-from audit.float64_truth import Truth, exact_means, is_simple, sum_rays
+from audit.float64_truth import Truth, channels_of, exact_means, is_simple, sum_rays
+from audit.timed_rays import with_timed_rays
 from simulator.device import Device
 from simulator.errors import PhotositeError
 from simulator.optics.ray_reference.convergence import FEWEST_RAYS
@@ -18,14 +19,16 @@ from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.progress import silent
+from simulator.sensor.camera.cfa import Cfa
 
 JUDGED = 0.2  # largest standard error of a truth that judges a shot, in the error that is allowed
 TRUTH_SHARE = 0.15  # largest standard error of the truth, in the tolerance
 LEAST_TRUTH_ERROR, MOST_TRUTH_ERROR = 0.006, 0.03  # [standard deviations of the noise]
 STATED_SHARE = 0.01  # the same, in the error that the plan states where it cannot keep the tolerance
 LEAST_RAYS_SHARE = 0.3  # of the error that is wanted, below which rays would be too many
-MOST_RAYS = 16384  # of a photosite and replication
+MOST_RAYS = 524288  # of a photosite and replication
 FEWEST_OF_IMAGE, MORE_RAYS = 16, 4  # rays of an image of several at first, and factor to the next number of rays
+LONGER = 4.0  # times as much processor time for rays that do not judge a shot yet
 MOST_INDEPENDENT = 16  # images of a moving frame whose errors count as independent
 MOST_IMAGES = 96  # instants at which rays are followed: each image costs launches and uploads, whatever its rays
 RAY_SAMPLES, SAMPLES_SHARE = (16, 32, 48), 0.6  # per photosite and axis, in place of a user's 8; see `true_electrons`
@@ -60,22 +63,16 @@ def find_truth(
     it does not suffice, the standard error is the one that was reached. is_checked: whether the reference path is followed
     where float64 knows the shot.
     """
+    if shot.lens.veiling_glare and _has_even_veil(planned):
+        return _veiled_truth(shot, planned, stated, device, seconds)
     wanted, limit = max(wanted_error(shot.tolerance), STATED_SHARE * stated), JUDGED * max(shot.tolerance, stated)
     summed, summed_sigma = None, math.inf
     if is_simple(shot, planned):
-        summed = exact_means(shot, planned)
-        for points in SUMMED_POINTS if summed is None else ():
-            started_s = time.process_time()
-            summed = sum_rays(shot, planned, points=points)
-            cost_s = time.process_time() - started_s
-            if _largest_error(summed, planned) <= wanted or cost_s * SUMMED_POINTS[1] / SUMMED_POINTS[0] > SUMMED_S:
-                break
-        assert summed is not None
-        summed_sigma = _largest_error(summed, planned)
+        summed, summed_sigma = _summed_truth(shot, planned, wanted)
         if summed_sigma <= max(wanted, TRUTH_SHARE * shot.tolerance) and not is_checked:
             return ShotTruth(summed.electrons, summed_sigma, "float64")
     try:
-        truth, truth_sigma = true_electrons(shot, device, wanted, seconds, limit)
+        truth, truth_sigma = true_electrons(shot, device, wanted, seconds, limit, planned.optics.cfa)
     except PhotositeError as error:
         raise NoTruthError(error) from error
     if summed is None or summed_sigma > max(truth_sigma, TRUTH_SHARE * shot.tolerance):
@@ -84,26 +81,87 @@ def find_truth(
     return ShotTruth(summed.electrons, summed_sigma, "float64", reference)
 
 
+def _summed_truth(shot: Shot, planned: Plan, wanted: float) -> tuple[Truth, float]:
+    """Truth of a shot that `is_simple`, and its largest standard error.
+
+    Sums stop at the error that is wanted, where the next one would not be judged if its error fell as it fell last, and where
+    it would take too long.
+    """
+    exact, last = exact_means(shot, planned), math.nan
+    if exact is not None:
+        return exact, 0.0
+    for points in SUMMED_POINTS:
+        started_s = time.process_time()
+        summed = sum_rays(shot, planned, points=points)
+        cost_s, sigma = time.process_time() - started_s, _largest_error(summed, planned)
+        expected = sigma**2 / last
+        is_vain = expected > max(wanted, TRUTH_SHARE * shot.tolerance)
+        if sigma <= wanted or is_vain or cost_s * SUMMED_POINTS[1] / SUMMED_POINTS[0] > SUMMED_S:
+            break
+        last = sigma
+    return summed, sigma
+
+
+def _has_even_veil(planned: Plan) -> bool:
+    """Whether all photosites have the same veil: all are taken, and are open at the same times."""
+    optics = planned.optics
+    is_whole = (optics.window.width, optics.window.height) == optics.sensor_px
+    return is_whole and all(one is None or one.is_common for one in (optics.motion, optics.flash_motion))
+
+
+def _veiled_truth(shot: Shot, planned: Plan, stated: float, device: Device, seconds: float) -> ShotTruth:
+    """Truth of a shot behind veiling glare, by its definition: of all photosites' light without it in each colour.
+
+    The light of each colour is the truth of the shot without glare on photosites that all have this colour. Errors of their
+    mean are those of the photosites, as if all had the same sign. Other parameters: as of `find_truth`.
+    """
+    optics, share = planned.optics, shot.lens.veiling_glare
+    bare = replace(shot, lens=replace(shot.lens, veiling_glare=0.0))
+    images, sigmas = [], []
+    for channel in range(optics.channels):
+        own = replace(planned, optics=replace(optics, cfa=Cfa.uniform(channel)))
+        found = find_truth(bare, own, stated, device, seconds)
+        images.append(found.electrons)
+        sigmas.append(found.sigma)
+    veil_e = share * np.array([image.mean() for image in images])
+    veil_error_e = share * max(
+        sigma * noise_electrons(image, planned).mean() for image, sigma in zip(images, sigmas, strict=True)
+    )
+    channels = channels_of(planned)
+    electrons = (1.0 - share) * np.take_along_axis(np.stack(images), channels[None], axis=0)[0] + veil_e[channels]
+    sigma = (1.0 - share) * max(sigmas) + veil_error_e / float(noise_electrons(electrons, planned).min())
+    return ShotTruth(electrons, sigma, found.kind)
+
+
 def wanted_error(tolerance: float) -> float:
     """Standard error of a truth at which it suffices [standard deviations of the noise]."""
     return min(max(TRUTH_SHARE * tolerance, LEAST_TRUTH_ERROR), MOST_TRUTH_ERROR)
 
 
 def true_electrons(
-    shot: Shot, device: Device, wanted: float, seconds: float = math.inf, limit: float = math.inf
+    shot: Shot,
+    device: Device,
+    wanted: float,
+    seconds: float = math.inf,
+    limit: float = math.inf,
+    cfa: Cfa | None = None,
 ) -> tuple[np.ndarray, float]:
     """Mean electrons by the reference path, and the largest standard error of its photosites [standard deviations].
 
     wanted: error at which rays suffice, or less where with what the reference states it would exceed `limit`. Where it states
     more than SAMPLES_SHARE of `limit`, rays meet finer samples of the scene than a user's, as far as these lower it. The shot
     is taken with more and more rays, each time anew, until it has that error or MOST_RAYS, or until the next number is expected
-    to need more processor time than `seconds` in all. The error that fewer instants leave counts as well, and what the plan of
-    the reference path states; neither depends on the rays, so that their squares add.
+    to need more processor time than `seconds` in all, or LONGER of it while the error exceeds `limit`. Rays carry instants
+    where they can; else the error that fewer instants leave counts as well, and so does what the plan of the reference path
+    states. Neither depends on the rays, so that their squares add. cfa: colours of the photosites; None: those of the camera.
     """
     reference = replace(shot, tolerance=0.0)
-    whole = with_finer_samples(plan(reference), limit)
-    planned, of_instants = _with_fewer_instants(whole, 0.5 * wanted)
-    stated = whole.error_budget.predicted_sigma / OF_BOUND + of_instants
+    whole = plan(reference)
+    if cfa is not None:
+        whole = replace(whole, optics=replace(whole.optics, cfa=cfa))
+    whole = with_finer_samples(with_timed_rays(whole, shot), limit)
+    planned, of_instants = _with_fewer_instants(whole, 0.5 * OF_BOUND * wanted)
+    stated = math.hypot(whole.error_budget.predicted_sigma, of_instants) / OF_BOUND
     wanted = rays_error(wanted, stated, limit)
     count, images = _images(planned), _independent_images(planned)
     rays, most = (max(number // count, FEWEST_OF_IMAGE) for number in (FEWEST_RAYS, MOST_RAYS))
@@ -117,7 +175,8 @@ def true_electrons(
         sigma, spent_s = math.hypot(stated, max(wanted, worst / math.sqrt(images))), spent_s + cost_s
         more = min(MORE_RAYS * rays, most)
         expected_s = cost_s * (1.0 + left * (more / rays - 1.0))
-        if sigma <= math.hypot(stated, wanted) or more == rays or spent_s + expected_s > seconds:
+        allowed_s = seconds if sigma <= limit else LONGER * seconds
+        if sigma <= math.hypot(stated, wanted) or more == rays or spent_s + expected_s > allowed_s:
             return found, sigma
         rays = more
 

@@ -46,7 +46,7 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         return replace(planned, motion_skipped=Skipped("without a lens there is no image that could move"))
     per_radiance = electrons_per_radiance(lens, sensor)
     found: list[MotionPlan | None] = []
-    joins = _can_join(planned, timing)
+    joins = can_join(planned, timing)
     is_layered, skipped = False, None
     for number, component in enumerate(timing.components):
         share = _seen_share(planned, number, len(timing.components), per_radiance)
@@ -81,7 +81,7 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         raise PhotositeError(rule, key="tolerance", value=0)
     scene = loaded if is_layered else planned.scene
     if any(motion is not None and motion.method == "joint" for motion in found):
-        found, planned = _with_joint_motion(planned, loaded, found, lens, sensor)
+        found, planned = with_joint_motion(planned, loaded, found, lens, sensor)
         scene = planned.scene
     flash = found[1] if len(found) > 1 else None
     planned = replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
@@ -248,14 +248,14 @@ def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance:
     return min(brightest_e * math.sqrt(noise_at_brightest_e2 / noise_e2) / accuracy.electrons, 1.0)
 
 
-def _can_join(planned: OpticsPlan, timing: Timing) -> bool:
+def can_join(planned: OpticsPlan, timing: Timing) -> bool:
     """Whether points of the aperture may carry instants: places of the picture are those of the scene, lines are rows."""
     psf = planned.psf
     plain_psf = psf is None or not (psf.by_distance or psf.corrected_px)
     return plain_psf and planned.projection.warp is None and timing.components[0].openings[0].axis != "columns"
 
 
-def _with_joint_motion(
+def with_joint_motion(
     planned: OpticsPlan, loaded: Scene, motions: list[MotionPlan | None], lens: Lens, sensor: SensorPlan
 ) -> tuple[list[MotionPlan | None], OpticsPlan]:
     """Return motions whose instants points of the aperture carry, and the plan of their blur, however small that is.
