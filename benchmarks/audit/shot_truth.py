@@ -68,7 +68,7 @@ def find_truth(
     wanted, limit = max(wanted_error(shot.tolerance), STATED_SHARE * stated), JUDGED * max(shot.tolerance, stated)
     summed, summed_sigma = None, math.inf
     if is_simple(shot, planned):
-        summed, summed_sigma = _summed_truth(shot, planned, wanted)
+        summed, summed_sigma = summed_truth(shot, planned, wanted)
         if summed_sigma <= max(wanted, TRUTH_SHARE * shot.tolerance) and not is_checked:
             return ShotTruth(summed.electrons, summed_sigma, "float64")
     try:
@@ -81,7 +81,7 @@ def find_truth(
     return ShotTruth(summed.electrons, summed_sigma, "float64", reference)
 
 
-def _summed_truth(shot: Shot, planned: Plan, wanted: float) -> tuple[Truth, float]:
+def summed_truth(shot: Shot, planned: Plan, wanted: float) -> tuple[Truth, float]:
     """Truth of a shot that `is_simple`, and its largest standard error.
 
     Sums stop at the error that is wanted, where the next one would not be judged if its error fell as it fell last, and where
@@ -93,7 +93,7 @@ def _summed_truth(shot: Shot, planned: Plan, wanted: float) -> tuple[Truth, floa
     for points in SUMMED_POINTS:
         started_s = time.process_time()
         summed = sum_rays(shot, planned, points=points)
-        cost_s, sigma = time.process_time() - started_s, _largest_error(summed, planned)
+        cost_s, sigma = time.process_time() - started_s, largest_error(summed, planned)
         expected = sigma**2 / last
         is_vain = expected > max(wanted, TRUTH_SHARE * shot.tolerance)
         if sigma <= wanted or is_vain or cost_s * SUMMED_POINTS[1] / SUMMED_POINTS[0] > SUMMED_S:
@@ -289,6 +289,6 @@ def noise_electrons(electrons: np.ndarray, planned: Plan) -> np.ndarray:
     return np.sqrt(np.maximum(electrons + dark_e2, 1.0))
 
 
-def _largest_error(summed: Truth, planned: Plan) -> float:
+def largest_error(summed: Truth, planned: Plan) -> float:
     """Standard error that 99.9 % of the photosites keep [standard deviations of the noise]."""
     return float(np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.999))

@@ -12,6 +12,8 @@ from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electr
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, is_sampled_alike, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
+from simulator.optics.defocus.lamp_laws import rim_error, rim_share, spot_error
+from simulator.optics.defocus.predicted_error import squares_left
 from simulator.optics.defocus.scene_contrast import scene_edges
 from simulator.optics.defocus.scene_light import (
     BRIGHT,
@@ -63,7 +65,7 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         ) -> MotionPlan | Skipped:
             need = _need(planned, seen, per_radiance, detail)
             own = need.behind(_steepest_edge(planned.defocus)).of_share(share)
-            return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need.largest), joins)
+            return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need), joins)
 
         motion = plan_for(_usual_detail(planned, seen, per_radiance, path.length.longest_px))
         if isinstance(motion, Skipped) and motion.sigma > 0.0:  # seen in fewer pixels than that counts, it is still seen
@@ -160,12 +162,12 @@ def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: S
     )
 
 
-def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
+def _fixed_blur(planned: OpticsPlan, need: MotionNeed) -> FixedBlur | str | None:
     """Return what blurs the light of a moving scene alike at each instant; None: nothing blurs; a reason where it is not fixed.
 
-    contrast: of the scene's edges, as a share of the brightest light.
+    need: of the scene, before the blur.
     """
-    defocus, psf, accuracy = planned.defocus, planned.psf, planned.accuracy
+    defocus, psf, accuracy, contrast = planned.defocus, planned.psf, planned.accuracy, need.largest
     if defocus is None and psf is None:
         return None
     if accuracy.tolerance == 0.0:
@@ -189,12 +191,36 @@ def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
     grid = replace(accuracy, whole_pixels=0)  # what moves does not stay on the borders of pixels
     (least_px, largest_px), size = defocus.ranges_px[0], np.array(defocus.ranges_px[0][0])
     over = int(grid.samples_per_axis(size, size, scale))
-    sampling = float(grid.sampling_error(size, over, scale)) if grid.detail else 0.0
+    sampling = _sampling_left(planned, defocus, over, max(need.dark / need.contrast, 1.0))
     spread_px = DISK_SPREAD * largest_px + (0.0 if psf is None else _spread_px(psf, planned.channels))
     own_px = UPRIGHT_PX if over > 1 else 0.0  # one sample is the photosite, which sees all of its light at one time
     if psf is not None:
         own_px = _upright_px(psf)
-    return FixedBlur(over, contrast, spread_px, sampling, slope, least_px, own_px, defocus.eyes is None)
+    can_skew = defocus.eyes is None
+    return FixedBlur(
+        over, contrast, spread_px, slope=slope, least_px=least_px, own_spread_px=own_px, can_skew=can_skew, **sampling
+    )
+
+
+def _sampling_left(planned: OpticsPlan, defocus: Defocus, over: int, darker: float) -> dict[str, float]:
+    """Return the errors of samples of a fine scene before a blur: fields of `FixedBlur`.
+
+    What moves is gathered from the scene's pixels at each instant where no grid of samples is exact enough, else from as many
+    samples. over: samples per photosite and axis. darker: contrast of squares in the noise of the dark, as a share of that in
+    their own.
+    """
+    if not planned.accuracy.detail:
+        return {}
+    moved, contrast = planned.with_moved_pixels(), planned.contrast
+    own, accuracy, (least_px, largest_px) = moved.defocus, moved.accuracy, defocus.ranges_px[0]
+    assert own is not None  # of `defocus`
+    squares, lamps = darker * squares_left(accuracy, least_px, over, defocus.scale), 0.0
+    if contrast.lamp > 0.0:
+        dark, share = contrast.around_lamps, rim_share(defocus.scale, over)
+        lamps = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share))
+    if own.gathers_scene(np.array([least_px]), np.array([largest_px])).any():
+        return {"sampling_error": max(squares, lamps)}
+    return {"common_error": squares, "lamp_error": lamps}
 
 
 def _behind_psf(psf: FieldPsf, contrast: float, channels: int) -> FixedBlur:

@@ -6,7 +6,7 @@ import secrets
 import numpy as np
 import pytest
 import yaml
-from audit import measured_shot
+from audit import measured_shot, shot_truth
 from audit.chart import draw_chart
 from audit.costs import Cost, measure_cost, read_costs, show_costs
 from audit.drawn_plans import draw_plan
@@ -18,6 +18,7 @@ from audit.records import append, read_numbers, read_records
 from audit.seen_places import SeenPlaces
 from audit.shot_truth import (
     NoTruthError,
+    find_truth,
     noise_electrons,
     rays_error,
     run,
@@ -27,12 +28,14 @@ from audit.shot_truth import (
     z_scores,
 )
 from audit.summary import is_looser, median_factor, ranked_share, summarise, verdicts
+from audit.timed_rays import with_timed_rays
 from rich.console import Console
 
 from simulator import load_shot
 from simulator.optics.defocus.lamp_images import square_image
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import measure, plan
+from simulator.sensor.camera.cfa import Cfa
 
 FRESH_SHOTS = 25
 
@@ -356,6 +359,59 @@ def test_rays_of_a_truth_meet_finer_samples_where_those_of_users_leave_too_much(
     finer = with_finer_samples(reference, 0.5 * stated)
     assert finer.optics.accuracy.ray_samples == finer.optics.defocus.accuracy.ray_samples > 8
     assert finer.error_budget.predicted_sigma < 0.5 * reference.error_budget.predicted_sigma
+
+
+def test_the_veil_of_a_truth_is_that_of_its_own_photosites(tmp_path, device):
+    """By the definition, from the exact light of each colour at all photosites."""
+    bare = {"focal_length": "50 mm", "f_number": "f/2", "focus_distance": "2 m", "cos4": False}
+    camera = {"base": "nikon_d850", "width": 20, "height": 16}
+    exposure = {"time": "1/100 s", "iso": 100}
+    plain, veiled = (
+        simple_shot(tmp_path, lens=lens, camera=camera, exposure=exposure) for lens in (bare, bare | {"veiling_glare": 0.05})
+    )
+    planned = plan(veiled)
+    images = []
+    for channel in range(3):
+        own = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, cfa=Cfa.uniform(channel)))
+        images.append(exact_means(plain, own).electrons)
+    y, x = np.mgrid[:16, :20]
+    colours = np.array(planned.optics.cfa.planes)[y % 2, x % 2]
+    expected = 0.95 * np.choose(colours, images) + 0.05 * np.array([image.mean() for image in images])[colours]
+    found = find_truth(veiled, planned, 0.1, device)
+    assert found.kind == "float64" and found.sigma == 0.0 and found.electrons == pytest.approx(expected, rel=1e-12)
+
+
+def test_rays_of_a_truth_carry_instants_unless_lamps_send_their_own(tmp_path):
+    """Of one surface behind a lens that blurs, which moves: images of instants all have the same rays."""
+    reference = {"motion": {"camera": {"roll": "900 deg/s"}}, "tolerance": 0}
+    shot = simple_shot(tmp_path, **reference)
+    images = plan(shot)
+    timed = with_timed_rays(images, shot)
+    assert images.optics.motion.method == "instants" and timed.optics.motion.method == "joint"
+    assert timed.error_budget.predicted_sigma < images.error_budget.predicted_sigma
+    distorted = simple_shot(tmp_path, lens=BLADES | {"distortion": {"k1": -0.08, "unit": "half_diagonal"}}, **reference)
+    assert with_timed_rays(plan(distorted), distorted).optics.motion.method == "instants"
+    light = np.full((32, 40), 0.1, np.float32)
+    light[11, 17] = 1000.0
+    np.save(tmp_path / "lamp.npy", light)
+    lamp = simple_shot(tmp_path, scene={"image": "lamp.npy", "luminance": "1 cd/m^2", "depth": "1.97 m"}, **reference)
+    assert with_timed_rays(plan(lamp), lamp).optics.motion.method == "instants"
+
+
+@pytest.mark.parametrize(("errors", "taken"), [((1.0, 0.6, 0.3), 2), ((0.1, 0.02, 0.004), 3), ((0.001, 0.0, 0.0), 1)])
+def test_sums_that_would_not_be_judged_are_left_to_rays(tmp_path, monkeypatch, errors, taken):
+    shot, planned = simple_shot(tmp_path, tolerance=0.1), plan(simple_shot(tmp_path))
+    counts = []
+
+    def summed(shot, planned, points):
+        counts.append(points)
+        return points
+
+    monkeypatch.setattr(shot_truth, "exact_means", lambda shot, planned: None)
+    monkeypatch.setattr(shot_truth, "sum_rays", summed)
+    monkeypatch.setattr(shot_truth, "largest_error", lambda summed, planned: errors[len(counts) - 1])
+    shot_truth.summed_truth(shot, planned, wanted_error(0.1))
+    assert len(counts) == taken
 
 
 def test_costs_are_read_as_they_were_written(tmp_path, device):

@@ -19,7 +19,9 @@ operator does over the field, and whatever the motion. Three things break it, ea
   by a radius that is wrong by g L / 2, with opposite signs before and after the middle. The light of an edge of contrast C is
   wrong by less than C g L / (2 pi R), by the steepest change of an even disk's spread of an edge with R, and by less than
   0.21 C g, since that change is 2 / (3 pi) on either side over the whole way of an edge.
-- Light that is sampled on a grid before it moves on: see `Accuracy.sampling_error`.
+- Light that is sampled on a grid before it is blurred: `squares_left` of random black and white squares, and the spots of lamps
+  (`lamp_laws`), as of a scene at rest. Where instants are gathered from the scene's pixels they have nothing of it. Else they
+  are sampled alike, and have as much. A path does not lessen it: edges along it stay in their sample.
 - A low-pass filter or an open area whose borders cut samples of light into shares f and 1 - f (`Sampling.cuts`), which are
   taken as even. Means over samples of even squares at rest are linear from sample to sample, so that this is exact. An image
   that moves has bends within samples: one by D at a share d of a sample is wrong by D min(d (1 - f), f (1 - d)), which is on
@@ -64,8 +66,9 @@ class FixedBlur:
 
     samples_per_axis: samples of the light per photosite and axis that it gathers. contrast: of the scene's edges, as a share of
     the brightest light. spread_px: mean distance of a spot's light from a line through its middle [photosites].
-    sampling_error: of the samples, as a share of the brightest light. slope: largest change of the blur radius from photosite
-    to photosite. least_px: blur radius where it is smallest [photosites].
+    sampling_error: of the samples, as a share of the brightest light, which sums of instants do not have. common_error,
+    lamp_error: which they have as well, of squares and of lamps. slope: largest change of the blur radius from photosite to
+    photosite. least_px: blur radius where it is smallest [photosites].
     own_spread_px: `spread_px` of what is not skewed with the spot. can_skew: whether spots can be skewed.
     followed: motion from line to line with which spots are skewed; None: they are as they are.
     cut: f (1 - f) of samples that the borders of a photosite's light cut; 0: they cut none.
@@ -75,6 +78,8 @@ class FixedBlur:
     contrast: float
     spread_px: float
     sampling_error: float = 0.0
+    common_error: float = 0.0
+    lamp_error: float = 0.0
     slope: float = 0.0
     least_px: float = 0.0
     own_spread_px: float = 0.0

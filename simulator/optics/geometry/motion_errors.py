@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 MOTION = "motion blur"  # effect of the terms
 STILL = "give a smaller tolerance"
 SHORTER = "give a shorter exposure.time"
+FINER = "give a scene of more pixels, or tolerance: 0 for rays"
 
 
 def motion_errors(motion: "MotionPlan | None", skipped: Skipped | None, sigma: float) -> list[ErrorTerm]:
@@ -25,4 +26,7 @@ def motion_errors(motion: "MotionPlan | None", skipped: Skipped | None, sigma: f
     cause = f"{motion.count} instants on a path of {motion.length.longest_px:.3g} photosites"
     if motion.blur is not None and motion.blur.slope:
         cause += f", blur radii of its middle, which change by {motion.blur.slope:.2g} from photosite to photosite"
-    return [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]
+    found = [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]
+    if motion.blur is not None and motion.blur.lamp_error:
+        found.append(ErrorTerm(MOTION, "edges of the spots of lamps", motion.blur.lamp_error / sigma, FINER))
+    return found

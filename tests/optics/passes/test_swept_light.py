@@ -286,3 +286,20 @@ def test_parallax_below_the_tolerance_is_one_path():
     still, slight, large = (tilted(0.29, aside_m_per_s=speed).optics.motion for speed in (0.0, 0.002, 2.0))
     assert (still.method, slight.method, large.method) == ("swept_first", "swept_first", "joint")
     assert still.error < slight.error
+
+
+def fine_shot(picture: np.ndarray, way_px: tuple[float, float], lens: ThinLens, depth_m: float = 2.01) -> Shot:
+    """Shot of even squares, two per photosite and axis, whose circles are smaller than a photosite."""
+    return shot_of(lens, across(way_px), picture, depth_m, tolerance=1.0)
+
+
+def test_lamps_of_a_fine_scene_that_moves_reach_no_photosite_that_they_do_not_pass():
+    """Samples of light that is swept first spread a lamp over their area: half a photosite, here, over whose border blur goes."""
+    picture = np.full((2 * HEIGHT, 2 * WIDTH), 1e-6)
+    picture[60, 80] = picture[30, 31] = 3000.0
+    planned = plan_moving(fine_shot(picture, (4.0, 0.0), replace(BLURRED, f_number=8.0), 1.999))
+    radius = abs(planned.optics.defocus.radii_px[0])
+    assert 0.0 < radius < 0.05 and planned.optics.motion.method == "instants"
+    light = moving_light(planned)
+    # A pixel in the upper half of its photosite moves along the row: nothing is seen below it.
+    assert light[30].max() > 100.0 and light[31].max() < 1e-3 and light[16].max() < 1e-3
