@@ -191,26 +191,23 @@ def _fixed_blur(planned: OpticsPlan, need: MotionNeed) -> FixedBlur | str | None
     grid = replace(accuracy, whole_pixels=0)  # what moves does not stay on the borders of pixels
     (least_px, largest_px), size = defocus.ranges_px[0], np.array(defocus.ranges_px[0][0])
     over = int(grid.samples_per_axis(size, size, scale))
-    sampling = _sampling_left(planned, defocus, over, max(need.dark / need.contrast, 1.0))
+    sampling, common, lamps = _sampling_left(planned, defocus, over, max(need.dark / need.contrast, 1.0))
     spread_px = DISK_SPREAD * largest_px + (0.0 if psf is None else _spread_px(psf, planned.channels))
     own_px = UPRIGHT_PX if over > 1 else 0.0  # one sample is the photosite, which sees all of its light at one time
     if psf is not None:
         own_px = _upright_px(psf)
-    can_skew = defocus.eyes is None
-    return FixedBlur(
-        over, contrast, spread_px, slope=slope, least_px=least_px, own_spread_px=own_px, can_skew=can_skew, **sampling
-    )
+    return FixedBlur(over, contrast, spread_px, sampling, common, lamps, slope, least_px, own_px, defocus.eyes is None)
 
 
-def _sampling_left(planned: OpticsPlan, defocus: Defocus, over: int, darker: float) -> dict[str, float]:
-    """Return the errors of samples of a fine scene before a blur: fields of `FixedBlur`.
+def _sampling_left(planned: OpticsPlan, defocus: Defocus, over: int, darker: float) -> tuple[float, float, float]:
+    """Return the errors of samples of a fine scene before a blur: sampling, common and lamp error of `FixedBlur`.
 
     What moves is gathered from the scene's pixels at each instant where no grid of samples is exact enough, else from as many
     samples. over: samples per photosite and axis. darker: contrast of squares in the noise of the dark, as a share of that in
     their own.
     """
     if not planned.accuracy.detail:
-        return {}
+        return 0.0, 0.0, 0.0
     moved, contrast = planned.with_moved_pixels(), planned.contrast
     own, accuracy, (least_px, largest_px) = moved.defocus, moved.accuracy, defocus.ranges_px[0]
     assert own is not None  # of `defocus`
@@ -219,8 +216,8 @@ def _sampling_left(planned: OpticsPlan, defocus: Defocus, over: int, darker: flo
         dark, share = contrast.around_lamps, rim_share(defocus.scale, over)
         lamps = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share))
     if own.gathers_scene(np.array([least_px]), np.array([largest_px])).any():
-        return {"sampling_error": max(squares, lamps)}
-    return {"common_error": squares, "lamp_error": lamps}
+        return max(squares, lamps), 0.0, 0.0
+    return 0.0, squares, lamps
 
 
 def _behind_psf(psf: FieldPsf, contrast: float, channels: int) -> FixedBlur:

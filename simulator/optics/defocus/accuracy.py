@@ -284,17 +284,25 @@ def points_error(points: int, samples_per_axis: int) -> float:
     return 0.6 / points if samples_per_axis == 1 else 0.96 * points**-0.8
 
 
-def small_circles_error(smaller_px: float, apart_px: float, samples_per_axis: int) -> float:
-    """Error of two layers whose light is averaged over samples before it is multiplied, where circles are as small as samples.
+def small_circles_error(smaller_px: float, apart_px: float, samples_per_axis: int, scale: float) -> float:
+    """Error of two layers whose light is averaged over samples before it is multiplied, as a share of `SceneContrast.within`.
 
-    smaller_px: radius of the smaller circle. apart_px: difference of the signed radii. It bounds 99.9 % of the photosites of
-    random squares and of random pixels on both layers, for 2 and 4 samples per photosite: what lies within a sample hides
-    its other part, and layers with nearly the same circle hide the same parts at each point of the aperture.
+    What lies within a sample hides its other part, and layers with nearly the same circle hide the same parts at each point of
+    the aperture. That is a covariance within samples, at most a quarter, whose signs differ from sample to sample. A circle
+    that lies inside a photosite of one scene pixel is seen through one point, so that it has none.
+
+    smaller_px: radius of the smaller circle. apart_px: difference of the signed radii. scale: scene pixels per photosite. It
+    bounds 99.9 % of the photosites of random squares and of random pixels, black and white and grey, on both layers: 2 to 8
+    pixels per photosite and 2 or 4 samples in float64, 0.5 to 1 against rays.
     """
+    if abs(scale - 1.0) < 1e-3:
+        return 0.15 * min(1.2 / max(apart_px, 1e-3), 1.0) if smaller_px > 0.5 else 0.0
+    if scale < 1.0:
+        return 0.07
     wide = max(2.0 / samples_per_axis, 1.0)
     size_px = max(smaller_px / wide, 1e-3)
     small = 0.065 * min(size_px / 0.25, (0.25 / size_px) ** 2)
-    alike = 0.04 * min(0.18 / max(apart_px / wide, 1e-3), 1.0) * min((1.5 / size_px) ** 2, 1.0)
+    alike = 0.165 * min(0.18 / max(apart_px / wide, 1e-3), 1.0) * min(1.2 / size_px, 1.0)
     return wide * (small + alike)
 
 
@@ -319,10 +327,12 @@ def wide_error(wide_px: float) -> float:
     return 0.0025 * (WIDE_PX / wide_px) ** 1.5
 
 
-def hidden_error(contrast: float) -> float:
-    """Error of a background behind edges that the scene does not show, where the light there varies by so much.
+def hidden_error(contrast: float, radius_px: float = math.inf) -> float:
+    """Error of a background behind edges that the scene does not show, where the light there differs by so much.
 
-    Beside an edge up to half of the aperture sees it. Its mean is missed by the contrast. The pictures with depth of the audit
-    have at most 0.34 of the contrast, with a background that is extended or without any.
+    Beside an edge up to half of the aperture sees it. From there to the rim of the circle, of this radius [photosites], that
+    share falls to 0, and its mean is 2 / (3 pi): of a circle smaller than a photosite no more is hidden than along four of its
+    borders. The pictures with depth of the audit have at most 0.34 of the contrast, with a background that is extended or
+    without any.
     """
-    return 0.5 * contrast
+    return min(0.5, 8.0 / (3.0 * math.pi) * radius_px) * contrast

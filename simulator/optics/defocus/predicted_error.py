@@ -44,7 +44,6 @@ RAYS = "give tolerance: 0 for rays"
 EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
-SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
 # From what laws bound to p99.9. Squares: black and white ones (`mixed_squares` of benchmarks/stress).
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
 # Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
@@ -140,8 +139,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         points_left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=points < MOST_OF_ALL)
     if len(radii) > 1:
-        softer = 1.0 if accuracy.detail else SOFTER
-        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), RAYS)
+        add("layers with circles as small as the samples", contrast.within * _small_circles(own), RAYS)
     if own.eyes is not None:
         side_px = own.eyes.zone_px
         moved = zone_error(own.eyes.movement(side_px))
@@ -149,7 +147,12 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         if contrast.has_steps:
             add("one pupil for a block beside steps in depth", middle_error(own.eyes.movement(BLOCK_COLUMNS)), RAYS)
     if contrast.behind > 0.0:
-        add("background behind edges, which the scene does not show", hidden_error(contrast.behind), LAYERS, "input")
+        add(
+            "background behind edges, which the scene does not show",
+            hidden_error(contrast.behind, own.largest_px),
+            LAYERS,
+            "input",
+        )
     return terms
 
 
@@ -166,10 +169,15 @@ def ray_terms(defocus: Defocus) -> list[ErrorTerm]:
 def squares_left(accuracy: Accuracy, radius_px: float, samples_per_axis: int, scale: float) -> float:
     """Error of samples of a fine scene that 99.9 % of the photosites keep below, as a share of the brightest light.
 
-    Of circles that lie inside a sample it is at least that of no blur.
+    The larger one of what random squares leave, of which the law states what 99 % keep, and of what waves and edges leave at
+    most. Of circles that lie inside a sample it is at least that of no blur.
     """
-    own = OF_SQUARES * float(accuracy.sampling_error(np.array(radius_px), samples_per_axis, scale))
-    if own == 0.0 or radius_px * samples_per_axis > 0.5:
+    radius = np.array(radius_px)
+    if float(accuracy.sampling_error(radius, samples_per_axis, scale)) == 0.0:
+        return 0.0
+    squares = OF_SQUARES * float(square_error(radius, samples_per_axis, scale, accuracy.detail))
+    own = max(squares, grid_error(radius_px, samples_per_axis, scale))
+    if radius_px * samples_per_axis > 0.5:
         return own
     return max(own, OF_CROSSING * crossing_error(radius_px, accuracy.detail))
 
@@ -193,13 +201,17 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
         points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
         left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
-        softer = 1.0 if accuracy.detail else SOFTER
-        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), LAYERED)
+        add("layers with circles as small as the samples", contrast.within * _small_circles(own), LAYERED)
     if contrast.has_steps and not defocus.guessed:
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
         add("means of slabs of radius that hide each other", range_ * MOST_COVARIANCE, LAYERED)
     if contrast.behind > 0.0:
-        add("background behind edges, which the scene does not show", hidden_error(contrast.behind), LAYERS, "input")
+        add(
+            "background behind edges, which the scene does not show",
+            hidden_error(contrast.behind, own.largest_px),
+            LAYERS,
+            "input",
+        )
     return terms
 
 
@@ -214,7 +226,7 @@ def _small_circles(defocus: Defocus) -> float:
                     continue
                 smaller = min(abs(one), abs(other))
                 over = int(defocus.samples_per_axis(np.array([smaller]), np.array([max(abs(one), abs(other))]))[0])
-                found.append(small_circles_error(smaller, abs(one - other), max(over, 1)))
+                found.append(small_circles_error(smaller, abs(one - other), max(over, 1), defocus.scale))
     return max(found)
 
 

@@ -9,6 +9,7 @@ from simulator.optics.defocus.accuracy import Accuracy, grid_error, twice_blurre
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_laws import LITS
+from simulator.optics.defocus.layer_contrast import layer_contrast
 from simulator.optics.defocus.scene_light import flattened_error
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Layer, Scene, is_depth_map
@@ -38,8 +39,8 @@ class SceneContrast:
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
-    mixed: range of the light of several layers within half of a blur circle, of what is behind the first where that is less,
-        lamps left out; 0: there is one layer, or even light behind it: the first one's own light is a mean, whatever is behind.
+    mixed: `layer_contrast.LayerContrast` of several layers over the aperture, lamps left out; 0: there is one layer, or even
+        light behind it: the first one's own light is a mean, whatever is behind. within: the same over samples.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
@@ -60,6 +61,7 @@ class SceneContrast:
     ends: float = 0.0
     flattened: float = 0.0
     around_lamps: float = 1.0
+    within: float = 1.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -75,12 +77,22 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
-    mixed, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0)
+    mixed, within, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0, 0.0)
     is_exact = defocus.accuracy.detail or abs(defocus.scale - 1.0) < 1e-6
     ends = 0.0 if is_exact else _penumbra_ends(scene, to_share, defocus, curvature)
-    behind = beside if defocus.guessed else 0.0
+    behind = _behind_edges(scene, to_share, defocus) if has_steps and defocus.guessed else 0.0
     return SceneContrast(
-        curvature, lamp, beside, behind, has_steps, texture, mixed, around, ends=ends, around_lamps=around_lamps
+        curvature,
+        lamp,
+        beside,
+        behind,
+        has_steps,
+        texture,
+        mixed,
+        around,
+        ends=ends,
+        around_lamps=around_lamps,
+        within=within,
     )
 
 
@@ -193,11 +205,10 @@ def sharp_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     return SceneContrast(curvature=max(every), flattened=flattened)
 
 
-def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
-    """Return `SceneContrast.mixed` and `around`: quantiles MOST of ranges of the light, by the noise of its mean.
+def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float, float]:
+    """Return `SceneContrast.mixed`, `within` and `around`: quantiles MOST, by the noise of the light's mean.
 
-    The mean is that within the smallest circle. Layers are composited at rest; their light behind others ranges as what is
-    seen of them. At the rim of a circle errors of layers end, so that half of it counts.
+    The mean is that within the smallest circle. Layers are composited at rest.
     """
     from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter1d
 
@@ -217,20 +228,18 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float
     narrow = max(width_of(min(least for least, _ in defocus.ranges_px)), round(defocus.scale / step))
     mean = uniform_filter1d(uniform_filter1d(light, narrow, axis=0), narrow, axis=1)
 
-    def range_of(light: np.ndarray, radius_px: float) -> np.ndarray:
-        wide = width_of(radius_px)
-        return np.asarray(maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1)))
+    def most_seen(contrast: np.ndarray) -> float:
+        return float(np.quantile(_seen(contrast, mean, defocus.accuracy), MOST))
 
-    def most_seen(range_: np.ndarray) -> float:
-        return float(np.quantile(_seen(range_, mean, defocus.accuracy), MOST))
-
-    mixed = around = 0.0
+    mixed = within = around = 0.0
     if scene.behind:
-        half_px = 0.5 * defocus.largest_px
-        mixed = most_seen(np.minimum(range_of(light, half_px), range_of(_composite(layers[1:]), half_px)))
+        behind = [light, *(_composite(layers[number:]) for number in range(1, len(layers)))]
+        found = layer_contrast(layers, behind, defocus, defocus.scale / step)
+        mixed, within = most_seen(found.over_aperture), most_seen(found.over_samples)
     if defocus.maps:
-        around = most_seen(range_of(light, defocus.largest_px))
-    return mixed, around
+        wide = width_of(defocus.largest_px)
+        around = most_seen(np.asarray(maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1))))
+    return mixed, within, around
 
 
 def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> float:
@@ -349,13 +358,65 @@ def _beside_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float
 
     if scene.behind or not is_depth_map(scene.depth_m):
         return SceneContrast().beside
-    every = math.ceil(math.sqrt(scene.depth_m.size / MOST_ESTIMATED))
+    picture = _edged_picture(scene, to_share, defocus)
+    mean = uniform_filter(picture.light, picture.width)
+    deviation = _seen(picture.light - mean, mean, defocus.accuracy)[picture.around]
+    return float(np.quantile(deviation, 0.99)) if deviation.size else 0.0
+
+
+def _behind_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+    """Return `SceneContrast.behind` of a scene of one picture: quantile MOST where a depth edge lies within the largest radius.
+
+    What half of the aperture sees beside an edge lies within a radius of it, and so does what is assumed in its place: the
+    light of a photosite, mean over its area and over half of the farther surface's circle, is compared with the mean of what
+    lies from there to one radius beside it, on the side that differs most.
+    """
+    from scipy.ndimage import uniform_filter
+
+    if scene.behind or not is_depth_map(scene.depth_m):
+        return SceneContrast().beside
+    picture = _edged_picture(scene, to_share, defocus)
+    if not picture.around.any():
+        return 0.0
+    scale = defocus.scale / picture.every
+    side = max(round(scale), round(math.sqrt(0.5 * math.pi) * picture.far_px * scale), 1)
+    light = uniform_filter(picture.light, side, mode="nearest")
+    length = min(math.ceil(defocus.largest_px * scale), _WIDEST_PX)
+    beside, mean = uniform_filter(picture.light, length, mode="nearest"), uniform_filter(picture.light, picture.width)
+    away = max(round(0.5 * length), 1)
+    most = np.zeros_like(light)
+    for axis, way in ((0, away), (0, -away), (1, away), (1, -away)):
+        np.maximum(most, np.abs(light - _shifted(beside, axis, way, light.shape[axis])), out=most)
+    return float(np.quantile(_seen(most, mean, defocus.accuracy)[picture.around], MOST))
+
+
+@dataclass(frozen=True)
+class _EdgedPicture:
+    """A picture with depth of which every so many pixels are taken.
+
+    light: (rows, columns), of the channel with most, that of lamps left out. around: (rows, columns) bool, whether a depth edge
+    lies within the largest radius, width: of a square around its circle [px]. far_px: radius that all but a hundredth of the
+    farther sides of edges have at least [photosites].
+    """
+
+    light: np.ndarray
+    around: np.ndarray
+    width: int
+    every: int
+    far_px: float
+
+
+def _edged_picture(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> _EdgedPicture:
+    """Return a scene of one picture with depth, and where its depth has edges."""
+    from scipy.ndimage import uniform_filter
+
+    every = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_ESTIMATED))
     light = np.minimum((scene.planes[::every, ::every] @ to_share).max(axis=2), LAMP)
     radius = defocus.radii_px[0]
     assert isinstance(radius, np.ndarray)  # depth is a map, and steps were found in its radius
-    edges = depth_edges(-radius[::every, ::every], min(EDGE_PX, STEEPEST_PX / defocus.scale))
+    own = radius[::every, ::every]
+    edges = depth_edges(-own, min(EDGE_PX, STEEPEST_PX / defocus.scale))
     width = min(2 * math.ceil(defocus.largest_px * defocus.scale / every) + 1, _WIDEST_PX)
     around = uniform_filter((edges.near | edges.far).astype(np.float32), width) > 0.5 / width**2
-    mean = uniform_filter(light, width)
-    deviation = _seen(light - mean, mean, defocus.accuracy)[around]
-    return float(np.quantile(deviation, 0.99)) if deviation.size else 0.0
+    far_px = float(np.quantile(np.abs(own[edges.far]), 0.01)) if edges.far.any() else 0.0
+    return _EdgedPicture(light, around, width, every, far_px)

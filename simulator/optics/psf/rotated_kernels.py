@@ -163,7 +163,7 @@ class RotatedKernels:
 def _weighted_sum(parts: list[tuple[float, np.ndarray]]) -> np.ndarray:
     """Sum of arrays with a weight each, of any one shape; float64."""
     found = np.zeros(parts[0][1].shape)
-    lines = found.reshape(-1, found.shape[-1])
+    lines = found.reshape(-1, parts[0][1].shape[-1])
     for start in range(0, len(lines), LINES):  # which the cache holds
         here = slice(start, start + LINES)
         for weight, part in parts:

@@ -196,12 +196,12 @@ def test_the_plan_tells_the_predicted_error():
     planned = case_plan(uniform_layers(-5.0, 6.0, 2), 20000.0)
     errors = sigma_by_method(planned.optics.defocus, planned.optics.contrast)
     accuracy = planned.optics.defocus.accuracy
-    mixed = planned.optics.contrast.mixed
-    assert mixed == 0.0  # the wall is even, so that its mean over the aperture is the same whatever hides it
+    mixed, within = planned.optics.contrast.mixed, planned.optics.contrast.within
+    assert mixed == within == 0.0  # the wall is even, so that its mean over the aperture is the same whatever hides it
     expected = {
         "means on 2 x 2 points per photosite": float(grid_error(np.array(5.0), 2, 2.0)),  # where a layer hides parts of squares
         "8192 points of the aperture": mixed * points_error(8192, 2),  # 1024 times 3.16^1.25, as a power of two
-        "layers with circles as small as the samples": mixed * small_circles_error(5.0, 11.0, 2),
+        "layers with circles as small as the samples": within * small_circles_error(5.0, 11.0, 2, 2.0),
     }
     assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
     why = next(step.why for step in planned.steps if step.stage == "blur accuracy")

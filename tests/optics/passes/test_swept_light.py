@@ -294,7 +294,7 @@ def fine_shot(picture: np.ndarray, way_px: tuple[float, float], lens: ThinLens, 
 
 
 def test_lamps_of_a_fine_scene_that_moves_reach_no_photosite_that_they_do_not_pass():
-    """Samples of light that is swept first spread a lamp over their area: half a photosite, here, over whose border blur goes."""
+    """Samples of light that is swept first spread a lamp over their area: here half a photosite, over whose border it goes."""
     picture = np.full((2 * HEIGHT, 2 * WIDTH), 1e-6)
     picture[60, 80] = picture[30, 31] = 3000.0
     planned = plan_moving(fine_shot(picture, (4.0, 0.0), replace(BLURRED, f_number=8.0), 1.999))

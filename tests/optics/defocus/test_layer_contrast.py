@@ -1,0 +1,122 @@
+"""The contrast of layers that hide each other bounds covariances, and the error of their blur that is stated by it."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from audit.float64_truth import sum_rays
+from audit.shot_truth import noise_electrons, run, z_scores
+from helpers.camera_builders import small_camera
+from helpers.lens_frame import LENS, depth_of
+from helpers.scene_builders import band_scene
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import uniform_filter
+
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.layer_contrast import FULL, layer_contrast
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Layer
+
+SIDE = 24  # photosites
+SMALL = "layers with circles as small as the samples"
+
+
+def layered_shot(kind: str, radii_px: tuple[float, float], scale: int, cell_px: int) -> Shot:
+    """Random cells before random cells, black and white or grey; or disks cut out of a gradient before a gradient."""
+    rng, size = np.random.default_rng(3), SIDE * scale
+
+    def cells() -> np.ndarray:
+        values = rng.random((-(-size // cell_px), -(-size // cell_px)))
+        values = values if kind == "grey" else (values > 0.5).astype(float)
+        return np.kron(0.05 + 0.95 * values, np.ones((cell_px, cell_px)))[:size, :size].astype(np.float32)
+
+    cover, front, back = (cells() > 0.5).astype(np.float32), cells(), cells()
+    if kind == "gradient":
+        y, x = np.mgrid[:size, :size]
+        front = back = (0.05 + 0.95 * (x + y) / (2.0 * size)).astype(np.float32)
+        places = rng.uniform(0, size, (6, 2)), scale * rng.uniform(2.0, 5.0, 6)
+        cover = np.ones((size, size), np.float32)
+        for (row, column), radius in zip(*places, strict=True):
+            cover[np.hypot(y - row, x - column) < radius] = 0.0
+    near, far = (float(depth_of(radius)) for radius in radii_px)
+    scene = band_scene(front * cover, near, coverage=cover, behind=(Layer(back[..., None], far),))
+    return Shot(scene, LENS, Exposure(0.001), small_camera(SIDE, SIDE))
+
+
+def found_and_stated(shot: Shot, device) -> tuple[float, float, float]:
+    """p99.9 of abs(z) against a sum over rays in float64, what the plan states, and its part of small circles."""
+    planned = measure(plan(shot), device)
+    assert planned.optics.defocus is not None
+    points = 4096 if planned.optics.defocus.largest_px > 1.0 else 512
+    true = sum_rays(shot, planned, sets=2, points=points)
+    found = float(np.quantile(np.abs(z_scores(run(planned, shot, device), true.electrons, planned)), 0.999))
+    left = 3.3 * float(np.quantile(true.error / noise_electrons(true.electrons, planned), 0.99))
+    return found - left, planned.error_budget.predicted_sigma, stated_of_small_circles(planned)
+
+
+def stated_of_small_circles(planned: Plan) -> float:
+    return sum(term.sigma for term in planned.error_budget.terms if SMALL in term.cause)
+
+
+@pytest.mark.parametrize(
+    ("kind", "radii_px", "scale", "cell_px"),
+    [
+        ("grey", (0.05, 0.07), 2, 1),  # nearly one circle, inside a sample
+        ("grey", (0.3, 0.4), 4, 4),
+        pytest.param("squares", (0.3, 0.4), 2, 4, marks=pytest.mark.slow),
+        pytest.param("squares", (1.5, 1.6), 2, 4, marks=pytest.mark.slow),  # over many samples
+    ],
+)
+def test_random_cells_keep_to_what_is_stated_of_layers(kind, radii_px, scale, cell_px, device):
+    found, stated, _ = found_and_stated(layered_shot(kind, radii_px, scale, cell_px), device)
+    assert 0.25 * stated < found < stated
+
+
+@pytest.mark.parametrize("radii_px", [(0.3, 0.4), pytest.param((1.0, 4.0), marks=pytest.mark.slow)])
+def test_smooth_light_behind_layers_has_little_of_it(radii_px, device):
+    """A gradient varies little within a sample, whatever it does within half of the largest circle."""
+    found, stated, small = found_and_stated(layered_shot("gradient", radii_px, 4, 1), device)
+    assert found < stated and small < 0.25
+
+
+def test_circles_inside_photosites_of_one_pixel_have_no_covariance(device):
+    """They are seen through one point, as by rays."""
+    shot = layered_shot("squares", (0.3, 0.4), 1, 2)
+    reference = dataclasses.replace(shot, tolerance=0.0)
+    assert np.array_equal(
+        run(measure(plan(shot), device), shot, device), run(measure(plan(reference), device), reference, device)
+    )
+    assert stated_of_small_circles(plan(shot)) == 0.0
+    assert stated_of_small_circles(plan(layered_shot("squares", (0.6, 0.7), 1, 2))) > 1.0
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), radius_px=st.floats(0.5, 3.0), opaque=st.floats(0.1, 0.9))
+def test_it_bounds_the_covariance_of_coverage_and_light(seed, radius_px, opaque):
+    """Over squares as wide as the circle, and the mean over these of that over squares of two samples."""
+    rng, size = np.random.default_rng(seed), 20
+    cover, light = (rng.random((size, size)) > opaque).astype(float), rng.random((size, size, 1)) ** 3
+    found = layer_contrast([(0.0 * light, cover), (light, None)], [light, light], Defocus((radius_px,) * 2, True, 1.0), 1.0)
+
+    def mean(values: np.ndarray, width: int) -> np.ndarray:
+        return uniform_filter(values, width, mode="nearest")
+
+    def covariance(width: int) -> np.ndarray:
+        return mean(cover * light[..., 0], width) - mean(cover, width) * mean(light[..., 0], width)
+
+    wide = math.ceil(math.sqrt(math.pi) * radius_px) + 1
+    assert (FULL * np.abs(covariance(wide)) <= found.over_aperture[..., 0] + 1e-9).all()
+    assert (FULL * np.abs(mean(covariance(3), wide)) <= found.over_samples[..., 0] + 1e-9).all()
+
+
+def test_even_light_or_even_coverage_has_none():
+    rng = np.random.default_rng(1)
+    picture, even = rng.random((30, 30, 1)), np.full((30, 30, 1), 0.4)
+    defocus = Defocus((1.0, 3.0), True, 2.0)
+    for cover, light in ((picture[..., 0], even), (even[..., 0], picture)):
+        found = layer_contrast([(0.0 * light, cover), (light, None)], [light, light], defocus, 2.0)
+        assert found.over_aperture.max() < 1e-6 and found.over_samples.max() < 1e-6
