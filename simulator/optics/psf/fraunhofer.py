@@ -69,7 +69,7 @@ def compute_psf(
 
     cell = cell_um / (2.0 * wavelength_um * f_number)  # its side, in turns of phase between pupil points a radius apart
     pupil, period = _pupil(wavefront_error_um, wavelength_um, cell, size, opening)
-    band, count = len(pupil), fft.next_fast_len(2 * len(pupil) - 1)  # frequencies of the light, samples that hold them all
+    band, count = len(pupil), _fast_length(2 * len(pupil) - 1)  # frequencies of the light, samples that hold them all
     lines = np.asarray(fft.fft(pupil, count, axis=0))
     is_even = np.array_equal(pupil, pupil[::-1])  # of a lens that is symmetric about its axis, across the field
     if is_even:
@@ -78,7 +78,7 @@ def compute_psf(
     step = max(TOGETHER // count, 1)
     for start in range(0, len(lines), step):
         amplitude = np.asarray(fft.fft(lines[start : start + step], count))
-        means[:, start : start + step] = _line_means(amplitude.real**2 + amplitude.imag**2, size, period, band).T
+        means[:, start : start + step] = _line_means(np.real(amplitude) ** 2 + np.imag(amplitude) ** 2, size, period, band).T
     if is_even:
         means = np.concatenate([means, means[:, (count - 1) // 2 : 0 : -1]], axis=1)
     cells = _line_means(means, size, period, band).T
@@ -100,8 +100,17 @@ def _line_means(lines: np.ndarray, size: int, period: int, band: int) -> np.ndar
     for first in range(0, band, period):  # frequencies that cells cannot tell apart are added
         here = slice(first, min(first + period, band))
         folded[:, : here.stop - first] += spectrum[:, here] * response[here]
-    found = np.asarray(fft.ifft(folded)).real * (period / lines.shape[1])
+    found = np.real(np.asarray(fft.ifft(folded))) * (period / lines.shape[1])
     return np.asarray(found[:, np.arange(-(size // 2), size // 2 + 1)])
+
+
+def _fast_length(least: int) -> int:
+    """Samples from `least` on that are transformed fast."""
+    from scipy import fft
+
+    found = fft.next_fast_len(least)
+    assert found is not None  # which its annotation allows
+    return found
 
 
 @lru_cache(maxsize=32)
@@ -119,8 +128,6 @@ def _pupil(
 
     The grid is fine enough for W and for an image of size + 2 cells. cell: as in `compute_psf`.
     """
-    from scipy import fft
-
     rim = opening.reach * np.linspace(0.0, 1.0, 33)[:, None] * np.exp(2j * math.pi * np.arange(32) / 32)[None, :]
     step = 1e-4
     along_x = wavefront_error_um(rim.real + step, rim.imag) - wavefront_error_um(rim.real - step, rim.imag)
@@ -132,7 +139,7 @@ def _pupil(
     rule = f"needs more than {LARGEST_PUPIL} samples across the pupil; lessen the aberrations or defocus, or stop down"
     require(wanted <= LARGEST_PUPIL, "lens.aberrations", f"{waves_per_radius:.0f} waves per pupil radius", rule)
     fewest = max(FEWEST_PUPIL, opening.reach * wanted)
-    period = fft.next_fast_len(math.ceil(fewest / (2.0 * opening.reach * cell)))
+    period = _fast_length(math.ceil(fewest / (2.0 * opening.reach * cell)))
     sample = 1.0 / (period * cell)
     count = math.ceil(2.0 * opening.reach / sample)
     axis = np.arange(-(count - 1) / 2, count / 2) * sample
