@@ -68,7 +68,7 @@ def compute_psf(
     from scipy import fft
 
     cell = cell_um / (2.0 * wavelength_um * f_number)  # its side, in turns of phase between pupil points a radius apart
-    pupil, period = _pupil(wavefront_error_um, wavelength_um, cell, size, opening)
+    pupil, period = sample_pupil(wavefront_error_um, wavelength_um, cell, size, opening)
     band, count = len(pupil), _fast_length(2 * len(pupil) - 1)  # frequencies of the light, samples that hold them all
     lines = np.asarray(fft.fft(pupil, count, axis=0))
     is_even = np.array_equal(pupil, pupil[::-1])  # of a lens that is symmetric about its axis, across the field
@@ -121,7 +121,7 @@ def _mean_response(band: int, period: int) -> np.ndarray:
     return found.astype(np.float32)
 
 
-def _pupil(
+def sample_pupil(
     wavefront_error_um: WavefrontError, wavelength_um: float, cell: float, size: int, opening: Opening
 ) -> tuple[np.ndarray, int]:
     """Complex amplitude on a square grid around the opening, complex64, and the period of its image [cells].

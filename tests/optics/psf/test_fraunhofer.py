@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from simulator.optics.psf.fraunhofer import ROUND, _pupil, compute_psf
+from simulator.optics.psf.fraunhofer import ROUND, sample_pupil, compute_psf
 
 SINGLE = 1e-6  # of the brightest cell: 2 sqrt(log2 n) roundings of an amplitude, n = 2^18 samples, and as many of the light
 
@@ -20,7 +20,7 @@ def test_the_light_of_cells_is_that_of_the_sum_over_the_pupil_in_double_precisio
     size, points = 21, 12
     found = compute_psf(wavefront_um, 0.55, 5.6, cell_um, size)
     cell = cell_um / (2.0 * 0.55 * 5.6)
-    pupil, period = _pupil(wavefront_um, 0.55, cell, size, ROUND)
+    pupil, period = sample_pupil(wavefront_um, 0.55, cell, size, ROUND)
     sample = 1.0 / (period * cell)
     axis = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * sample
     inside = np.clip(ROUND.depth(axis[None, :], axis[:, None]) / sample + 0.5, 0.0, 1.0)
