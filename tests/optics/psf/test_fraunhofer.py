@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from simulator.optics.psf.fraunhofer import ROUND, sample_pupil, compute_psf
+from simulator.optics.psf.fraunhofer import ROUND, compute_psf, sample_pupil
 
 SINGLE = 1e-6  # of the brightest cell: 2 sqrt(log2 n) roundings of an amplitude, n = 2^18 samples, and as many of the light
 
