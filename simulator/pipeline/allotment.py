@@ -8,7 +8,7 @@ from simulator.pipeline.error_budget import ROUNDING, ErrorBudget, error_budget
 
 TRIES = 5  # tighter plans that are looked at: numbers of samples have a least one, which a first share may leave
 MARGIN = 0.9  # of what is left for the terms that fall, since numbers of samples grow in steps
-TIGHTEST = 0.05  # smallest tolerance of one approximation, in that of the photograph
+TIGHTEST = 0.02  # smallest tolerance of one approximation, in that of the photograph
 BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from scipy.stats import qmc
 
-from helpers.lens_frame import LENS, case_plan, depth_of
+from helpers.lens_frame import LENS, case_plan, depth_of, with_accuracy
 from helpers.lens_truths import Case
 from simulator.device import open_device
 from simulator.exposure.camera_motion import SteadyMotion
@@ -33,7 +33,8 @@ def moving_plan(
 
     ways_px: of each layer in a second, to the right and down, or its motion; None: it rests.
     """
-    planned = case_plan(case, tolerance=tolerance)
+    resting = case_plan(case, tolerance=tolerance)
+    planned = with_accuracy(resting, type(resting.optics.accuracy), tolerance=tolerance)  # not what layers at rest need
     defocus, sensor = planned.optics.defocus, planned.sensor
     assert defocus is not None  # all cases are out of focus somewhere
     paths = [_path(way) for way in ways_px or (None,) * len(case.radius_px)]

@@ -2,9 +2,12 @@
 
 Light is a sum over the layers of what each lets through of the light behind it: (1 - coverage) times light. Means of a product
 differ from the product of means by a covariance, which is at most the product of both standard deviations (Cauchy and Schwarz'
-inequality): over the aperture of coverage and light within their own blur circles; over a sample, at each point of the
-aperture, of both within a sample, of which the mean over the aperture is at most the root of the product of their mean
-variances. The light behind a layer is that of all layers behind it.
+inequality): over a sample, at each point of the aperture, of both within a sample, of which the mean over the aperture is at
+most the root of the product of their mean variances. The light behind a layer is that of all layers behind it.
+
+Sums over n points that lie evenly in a circle miss what varies within the share of the circle that each has, sqrt(pi / n) radii
+wide, as stratified samples do (Cochran, Sampling Techniques, chapter 5). At borders the variance within a square grows with its
+side, so that it is measured once, within photosites. What one of the two misses counts by how much the other one varies.
 """
 
 import math
@@ -15,6 +18,7 @@ import numpy as np
 from simulator.optics.defocus.defocus import Defocus
 
 FULL = 4.0  # 1 over the product of standard deviations of coverage and light of which half are 0 and half are 1
+SPREAD = 1.0 / math.sqrt(math.pi)  # radius of a circle as large as a photosite, over which the points of samples lie, too
 MIXED_SAMPLES = 2.0  # side over which light is read between samples [samples]
 
 Surface = tuple[np.ndarray, np.ndarray | None]  # light (rows, columns, channels) times coverage, and coverage; None: it is 1
@@ -24,10 +28,11 @@ Surface = tuple[np.ndarray, np.ndarray | None]  # light (rows, columns, channels
 class LayerContrast:
     """Products of the standard deviations of coverage and of the light behind it, FULL times, (rows, columns, channels).
 
-    over_aperture: within circles. over_samples: within samples, mean over photosites and circles.
+    over_points: root of the sum over both of the variance of one within photosites, times its radius [photosites], times that
+    of the other within its circle. over_samples: within samples, mean over photosites and circles.
     """
 
-    over_aperture: np.ndarray
+    over_points: np.ndarray
     over_samples: np.ndarray
 
 
@@ -43,27 +48,33 @@ def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Def
     smallest = np.array([min(circles_px)])
     samples = int(own.samples_per_axis(smallest, np.array([max(circles_px)]))[0])
     beside_px = 1.0 if samples > 1 else 0.0  # points are places in the photosite, too
-    over_aperture = over_samples = np.zeros(behind[0].shape)
+    over_points = over_samples = np.zeros(behind[0].shape)
     for number, (_, coverage) in enumerate(layers[:-1]):
         if coverage is None:
             break
-        light, cover = (values.astype(np.float64) for values in (behind[number + 1], coverage[..., None]))  # for the dark
-        near_px, far_px = circles_px[number], max(circles_px[number + 1 :])
-        widths = [_width(math.sqrt(math.pi) * radius_px + beside_px, scale) for radius_px in (near_px, far_px)]
-        product = _variance(cover, widths[0]) * _variance(light, widths[1])
-        over_aperture = over_aperture + FULL * np.sqrt(product)
-        side = _width(MIXED_SAMPLES / samples, scale)
-        cover_2, light_2 = (
-            _mean(_variance(values, side), _width(math.sqrt(math.pi) * radius_px + beside_px, scale))
-            for values, radius_px in ((cover, near_px), (light, far_px))
-        )
-        over_samples = over_samples + FULL * np.sqrt(np.maximum(cover_2, 0.0) * np.maximum(light_2, 0.0))
-    return LayerContrast(over_aperture, over_samples)
+        pair = [values.astype(np.float64) for values in (coverage[..., None], behind[number + 1])]  # for the dark
+        radii_px = circles_px[number], max(circles_px[number + 1 :])
+        widths = [_width(math.sqrt(math.pi) * radius_px + beside_px, scale) for radius_px in radii_px]
+        wide = [_variance(values, width) for values, width in zip(pair, widths, strict=True)]
+        fine = [
+            (radius_px + SPREAD * beside_px) * min(scale, 1.0) * _mean_variance(values, 1.0, width, scale)
+            for values, radius_px, width in zip(pair, radii_px, widths, strict=True)
+        ]
+        over_points = over_points + FULL * np.sqrt(fine[0] * wide[1] + wide[0] * fine[1])
+        side_px = MIXED_SAMPLES / samples
+        mixed = [_mean_variance(values, side_px, width, scale) for values, width in zip(pair, widths, strict=True)]
+        over_samples = over_samples + FULL * np.sqrt(mixed[0] * mixed[1])
+    return LayerContrast(over_points, over_samples)
 
 
 def _width(side_px: float, scale: float) -> int:
     """Pixels that a square of this side [photosites] touches at most along an axis; 1: it is a point."""
     return 1 if side_px == 0.0 else math.ceil(side_px * scale) + 1
+
+
+def _mean_variance(values: np.ndarray, side_px: float, width: int, scale: float) -> np.ndarray:
+    """Mean over squares of so many pixels of the variance over squares of this side [photosites], at least 0."""
+    return np.maximum(_mean(_variance(values, _width(side_px, scale)), width), 0.0)
 
 
 def _mean(values: np.ndarray, width: int) -> np.ndarray:

@@ -39,7 +39,7 @@ class SceneContrast:
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
-    mixed: `layer_contrast.LayerContrast` of several layers over the aperture, lamps left out; 0: there is one layer, or even
+    mixed: `layer_contrast.LayerContrast` of several layers over points, lamps left out; 0: there is one layer, or even
         light behind it: the first one's own light is a mean, whatever is behind. within: the same over samples.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
@@ -235,7 +235,7 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float
     if scene.behind:
         behind = [light, *(_composite(layers[number:]) for number in range(1, len(layers)))]
         found = layer_contrast(layers, behind, defocus, defocus.scale / step)
-        mixed, within = most_seen(found.over_aperture), most_seen(found.over_samples)
+        mixed, within = most_seen(found.over_points), most_seen(found.over_samples)
     if defocus.maps:
         wide = width_of(defocus.largest_px)
         around = most_seen(np.asarray(maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1))))
