@@ -8,6 +8,7 @@ Nothing here is read from pixels: the truths come from closed forms, or from qua
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import j1
@@ -37,28 +38,37 @@ class Case:
     means: bool
 
 
-def cases(oversampling: int = 1, squares: bool = False) -> list[Case]:
-    """Every scene, its surfaces sampled this many times per photosite and axis.
+def makers(oversampling: int = 1, squares: bool = False) -> list[partial[Case]]:
+    """Functions that make every scene, its surfaces sampled this many times per photosite and axis; truths take time.
 
     squares: samples are even squares, and those of a wave have the height whose squares hold the wave.
     """
     return [
-        *(sinusoid(radius, period, oversampling, squares) for radius in (0.7, 3.3, -7.6, 15.5) for period in (24.0, 9.0)),
-        *(point(radius, oversampling) for radius in (0.7, 2.4, 7.6)),
-        *(square_light(radius, oversampling) for radius in (2.4, 7.6)),
-        penumbra(-11.0, 0.0, oversampling),
-        penumbra(-3.4, 0.3, oversampling),
-        uniform_layers(-5.0, 6.0, oversampling),
-        stripes(-5.1, 6.0, 12.0, oversampling),
-        stripes(4.0, 9.0, 10.0, oversampling),
-        slanted_plane((0.05, 0.11), oversampling),
+        *(
+            partial(sinusoid, radius, period, oversampling, squares)
+            for radius in (0.7, 3.3, -7.6, 15.5)
+            for period in (24.0, 9.0)
+        ),
+        *(partial(point, radius, oversampling) for radius in (0.7, 2.4, 7.6)),
+        *(partial(square_light, radius, oversampling) for radius in (2.4, 7.6)),
+        partial(penumbra, -11.0, 0.0, oversampling),
+        partial(penumbra, -3.4, 0.3, oversampling),
+        partial(uniform_layers, -5.0, 6.0, oversampling),
+        partial(stripes, -5.1, 6.0, 12.0, oversampling),
+        partial(stripes, 4.0, 9.0, 10.0, oversampling),
+        partial(slanted_plane, (0.05, 0.11), oversampling),
     ]
+
+
+def cases(oversampling: int = 1, squares: bool = False) -> list[Case]:
+    """The scenes of `makers`."""
+    return [make() for make in makers(oversampling, squares)]
 
 
 def sinusoid(radius: float, period_px: float, oversampling: int = 1, squares: bool = False) -> Case:
     """An oblique wave at one distance: its amplitude times 2 J1(2 pi q R)/(2 pi q R), times the photosite's sinc in x and y.
 
-    squares: as of `cases`; even squares show a wave lower by their own sinc in x and y.
+    squares: as of `makers`; even squares show a wave lower by their own sinc in x and y.
     """
     qy, qx = np.array([0.6, 0.8]) / period_px
     angle = 2.0 * math.pi * abs(radius) / period_px

@@ -3,6 +3,7 @@
 import ast
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -192,10 +193,17 @@ def file_of(dotted: str) -> str | None:
 HOMES = homes_of(str(ROOT / "simulator" / "__init__.py"))  # of names that are imported when they are first used
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    """Syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imports(path: Path) -> set[str]:
     """Dotted names of everything a file imports, also inside functions: modules, and names of modules."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -215,7 +223,10 @@ def imported_files(path: Path) -> set[str]:
     return found - {None, place(path)}
 
 
-ARROWS = {name: imported_files(path) for name, path in PLACES.items()}
+@pytest.fixture(scope="module")
+def arrows() -> dict[str, set[str]]:
+    """Places of our files that each file imports."""
+    return {name: imported_files(path) for name, path in PLACES.items()}
 
 
 def rank(folder: str, name: str) -> int:
@@ -233,12 +244,12 @@ def runs_up(one: str, other: str) -> bool:
 
 
 @pytest.mark.parametrize("name", sorted(PLACES))
-def test_imports_run_one_way(name):
-    assert [other for other in sorted(ARROWS[name]) if runs_up(name, other)] == []
+def test_imports_run_one_way(arrows, name):
+    assert [other for other in sorted(arrows[name]) if runs_up(name, other)] == []
 
 
-def test_no_file_imports_itself_through_others():
-    left = {name: set(others) for name, others in ARROWS.items()}
+def test_no_file_imports_itself_through_others(arrows):
+    left = {name: set(others) for name, others in arrows.items()}
     while ends := {name for name, others in left.items() if not others}:
         left = {name: others - ends for name, others in left.items() if name not in ends}
     assert sorted(left) == []  # circles, and what stands above them
@@ -251,8 +262,8 @@ def test_packages_stay_in_their_rooms(name):
         assert any(f"{name}/".startswith(f"{room}/") for room in allowed), f"{imported} belongs to {allowed}"
 
 
-def test_only_one_module_needs_pytorch_and_nobody_imports_it():
-    assert [name for name, others in ARROWS.items() if "data_gen/torch" in others] == []
+def test_only_one_module_needs_pytorch_and_nobody_imports_it(arrows):
+    assert [name for name, others in arrows.items() if "data_gen/torch" in others] == []
     assert [name for name, path in PLACES.items() if any(n.partition(".")[0] == "torch" for n in imports(path))] in (
         [],
         ["data_gen/torch"],
@@ -283,7 +294,7 @@ def test_the_simulator_has_few_doors():
 
 @pytest.mark.parametrize("name", sorted(name for name in PLACES if name.endswith("/__init__") and name != "simulator/__init__"))
 def test_a_package_only_hands_on(name):
-    for node in ast.parse(PLACES[name].read_text(encoding="utf-8")).body:
+    for node in parsed(PLACES[name]).body:
         docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
         names = isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
         lazy = isinstance(node, ast.Assign) and ast.unparse(node.value) == "lazy_names(__name__, __file__)"
@@ -326,7 +337,7 @@ def test_every_stream_of_random_words_stands_in_the_table_with_its_keys():
 def compared_with_a_literal(path: Path) -> list[int]:
     """Lines that compare a stage's stem with a text or look it up among texts."""
     found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         sides = [node.left, *node.comparators] if isinstance(node, ast.Compare) else []
         if any(isinstance(side, ast.Attribute) and side.attr == "stem" for side in sides):
             texts = (ast.Constant, ast.Tuple, ast.List, ast.Set)

@@ -33,13 +33,12 @@ def errors(device, case: Case, samples: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "case",
-    [uniform_layers(-5.0, 6.0, 4), uniform_layers(-11.0, 0.0, 4), uniform_layers(3.0, 9.0, 4), uniform_layers(0.0001, 7.0, 4)],
-    ids=lambda case: case.name,
+    ("near", "far"),
+    [(-5.0, 6.0), (-11.0, 0.0), (3.0, 9.0), (0.0001, 7.0)],
 )
-def test_an_edge_before_a_uniform_wall_is_exact(device, case):
+def test_an_edge_before_a_uniform_wall_is_exact(device, near, far):
     """The wall goes on behind the edge as the rule says, so the closed form of the penumbra holds on both of its sides."""
-    found = statistics(errors(device, case, 4096))
+    found = statistics(errors(device, uniform_layers(near, far, 4), 4096))
     assert found.rms < 0.05 and found.p99 < 0.15 and abs(found.mean) < 0.01
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.lens_error import EXPOSURES_E, statistics, z_scores
-from helpers.lens_truths import Case, cases, penumbra, sinusoid, slanted_plane, square_light
+from helpers.lens_truths import Case, makers, penumbra, point, sinusoid, slanted_plane, square_light
 from helpers.randomness import accept
 from scipy import stats
 
@@ -16,7 +16,7 @@ from simulator.optics.ray_reference.layered_rays import needed_iterations, ray_s
 from simulator.sensor.camera.camera import Window
 
 FINE = 8  # samples per photosite, so that surfaces are known better than the blur is asked to be
-LIT = [case.name for case in cases() if "light" not in case.name and "point" not in case.name]  # few rays meet a small light
+LIT = [make for make in makers(FINE) if make.func not in (point, square_light)]  # few rays meet a small light
 
 
 def picture(device, case: Case, samples: int, **settings) -> np.ndarray:
@@ -29,23 +29,25 @@ def taken(device, surfaces, points, frame, **settings) -> np.ndarray:
     return device.download(light, (light.size // (4 * frame.height * frame.width), frame.height, frame.width), np.float32)[0]
 
 
-@pytest.fixture(scope="module")
-def fine_cases() -> dict[str, Case]:
-    return {case.name: case for case in cases(FINE)}
+def told(make) -> str:
+    """Name of what makes a scene, with its numbers."""
+    return "_".join([make.func.__name__, *map(str, make.args)])
 
 
-@pytest.mark.parametrize("name", LIT)
-def test_closed_forms_are_met_with_a_thousand_rays(device, fine_cases, name):
-    found = statistics(z_scores(picture(device, fine_cases[name], 1024), fine_cases[name].truth, 2000.0))
+@pytest.mark.parametrize("make", LIT, ids=told)
+def test_closed_forms_are_met_with_a_thousand_rays(device, make):
+    case = make()
+    found = statistics(z_scores(picture(device, case, 1024), case.truth, 2000.0))
     assert found.rms < 0.15 and found.p99 < 0.4
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", LIT)
-def test_closed_forms_are_met_below_a_tenth_of_the_noise(device, fine_cases, name):
-    light = picture(device, fine_cases[name], 2**17)
+@pytest.mark.parametrize("make", LIT, ids=told)
+def test_closed_forms_are_met_below_a_tenth_of_the_noise(device, make):
+    case = make()
+    light = picture(device, case, 2**17)
     for electrons in EXPOSURES_E:
-        found = statistics(z_scores(light, fine_cases[name].truth, electrons))
+        found = statistics(z_scores(light, case.truth, electrons))
         assert found.p99_9 < 0.1 and abs(found.mean) < 0.02
 
 
@@ -55,12 +57,13 @@ def errors(device, case: Case, powers) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("case", "steepest"), [(sinusoid(7.6, 24.0, 16), -0.85), (penumbra(-11.0, 0.0, 8), -0.6), (square_light(7.6), -0.55)]
+    ("scene", "numbers", "steepest"),
+    [(sinusoid, (7.6, 24.0, 16), -0.85), (penumbra, (-11.0, 0.0, 8), -0.6), (square_light, (7.6,), -0.55)],
 )
-def test_the_error_falls_faster_than_of_random_points(device, case, steepest):
+def test_the_error_falls_faster_than_of_random_points(device, scene, numbers, steepest):
     """Independent points fall with the power -1/2; Sobol' points do better, the more so the smoother the scene."""
     powers = np.arange(6, 14)
-    assert stats.linregress(powers, np.log2(errors(device, case, powers))).slope < steepest
+    assert stats.linregress(powers, np.log2(errors(device, scene(*numbers), powers))).slope < steepest
 
 
 @pytest.mark.parametrize(("cells", "power"), [(True, 1), (False, 2)])
