@@ -8,10 +8,9 @@ from simulator.device import open_device
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_folder(tmp_path_factory):
-    """Decoded pictures of tests, and modules compiled by processes that they start, lie in folders of the tests."""
+    """Decoded pictures of tests lie in a folder of the tests. Processes that they start keep the modules that they compile."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
-        patch.setenv("PYTHONPYCACHEPREFIX", str(tmp_path_factory.mktemp("bytecode")))
         patch.setenv("PHOTOSITE_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
 
