@@ -6,6 +6,10 @@ import numpy as np
 
 from simulator.sensor.camera.camera import Camera, IsoSetting, SpectralResponse
 from simulator.sensor.camera.cfa import CfaName
+from simulator.sensor.stages.color_bias import ColorBias
+from simulator.sensor.stages.conversion_gain import ConversionGain
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
 from simulator.sensor.stages.registry import STAGES
 from simulator.sensor.stages.stage import Stage
 
@@ -58,3 +62,14 @@ def green_camera(width: int = 64, height: int = 48, **settings: Any) -> Camera:
 def every_stage() -> dict[str, Stage]:
     """One of each stage that a camera file can switch on."""
     return {stem: stage(*STAGE_NUMBERS[stem]) for stem, stage in STAGES.items() if stage.in_camera_stages}
+
+
+def every_effect() -> tuple[Stage, ...]:
+    """Those, and what belongs to an ISO: all that the fused kernel can do. Tests that share it share a build, of seconds."""
+    return (
+        *every_stage().values(),
+        ConversionGain(1.5),
+        ReadNoiseBeforeGain(4.0, 0.2),
+        ReadNoiseAfterGain(2.0, -0.1),
+        ColorBias((-1.9, 0.3, 1.2, 4.1)),
+    )

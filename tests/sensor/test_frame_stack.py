@@ -23,10 +23,13 @@ from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack, frame
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.analog_gain import AnalogGain
+from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.irradiance import Irradiance
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 from simulator.sensor.stages.prnu import Prnu
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
 
 LEVELS = {"bit_depth": 14, "black_level_dn": 512.0}
 RANDOM = np.random.default_rng(11)
@@ -34,7 +37,7 @@ RANDOM = np.random.default_rng(11)
 
 def chains():
     """Different stage sets, and one set with different numbers."""
-    full = [*every_stage().values(), AnalogGain(0.7), Adc(14, 300.0)]
+    full = [*every_stage().values(), ReadNoiseBeforeGain(4.0), ReadNoiseAfterGain(2.0), AnalogGain(0.7), Adc(14, 300.0)]
     return [
         noise_model_stages(1.5, 6.0, tukey_lambda=-0.1, row_sigma_dn=1.0, **LEVELS),
         noise_model_stages(0.2, 3.0, tukey_lambda=0.1, row_sigma_dn=0.3, **LEVELS),
@@ -92,7 +95,7 @@ def shot_of_everything():
         black_level_dn=256.0,
         iso_table={100: IsoSetting(0.8, 4.0)},
         read_noise_after_gain_dn=2.0,
-        stages=every_stage(),
+        stages=every_stage() | {"dark_current": DarkCurrent(600.0)},  # as many electrons as in `chains`: they share a build
     )
     scene = band_scene(RANDOM.uniform(0.0, 0.05, (30, 40, 3)), math.inf)
     return Shot(scene, ThinLens(50.0, 2.0), Exposure(0.01), camera, Seeds(4, 9), truth=("variance",))

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers.camera_builders import every_effect
 from helpers.randomness import accept, correlation_p, mean_p, variance_p
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -213,22 +214,7 @@ def test_a_frame_seed_equal_to_the_body_seed_mixes_nothing(bench):
 
 # --- the same bits ---
 
-EVERYTHING = (
-    stage("prnu", 0.01),
-    stage("photon_shot_noise"),
-    stage("dead_pixels", 0.01),
-    stage("dark_current", 3.0, 1.0),
-    stage("hot_pixels", 0.02, 400.0, 1.0),
-    stage("full_well", 20000.0),
-    stage("dsnu", 3.0),
-    stage("read_noise_before_gain", 4.0, 0.3),
-    stage("random_telegraph_noise", 0.02, 50.0),
-    stage("column_offset", 2.0),
-    stage("row_noise", 2.0),
-    stage("banding", 2.0, 7.3),
-    stage("read_noise_after_gain", 2.0, tukey_lambda=-0.1),
-    stage("color_bias", (-1.9, 0.3, 1.2, 4.1)),
-)
+EVERYTHING = every_effect()
 SENSOR = np.exp(np.random.default_rng(3).uniform(3.5, 11, (70, 90))).astype(np.float32)
 
 

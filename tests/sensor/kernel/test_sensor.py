@@ -4,25 +4,15 @@ import re
 
 import numpy as np
 import pytest
-from helpers.camera_builders import every_stage
+from helpers.camera_builders import every_effect
 
 from simulator.device import devices, open_device
 from simulator.device.kernel_source import kernel_source
 from simulator.sensor.kernel.kernel_program import stage_order
 from simulator.sensor.kernel.tiles import column_edges, join_pairs
-from simulator.sensor.stages.color_bias import ColorBias
-from simulator.sensor.stages.conversion_gain import ConversionGain
-from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
 from simulator.sensor.stages.registry import FUSED
 
-EVERYTHING = (
-    *every_stage().values(),
-    ConversionGain(1.5),
-    ReadNoiseBeforeGain(4.0, 0.2),
-    ReadNoiseAfterGain(2.0, -0.1),
-    ColorBias((1.0, 2.0, 3.0, 4.0)),
-)
+EVERYTHING = every_effect()
 
 
 def picture(height=100, width=1100):
