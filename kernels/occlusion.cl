@@ -23,7 +23,6 @@
 #include "conventions.h"
 #include "agreement.h"
 #include "block_view.h"
-#include "cfa.h"
 #include "interleaved_columns.h"
 #include "patch_windows.h"
 #include "plain_math.h"
@@ -49,7 +48,8 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     long colour[SETS]; // of each set: column sets before its colour's
     for (uint set = 0; set < SETS; set++) {
         const uint down = set / 2, across = set % 2;
-        colour[set] = COLUMN_SETS * cfa_plane((uint)((int)across + band.frame_x), (uint)band.frame_y + top + down);
+        const uint place = 2u * (((uint)band.frame_y + top + down) & 1u) + ((across + (uint)band.frame_x) & 1u); // in the filter's pattern
+        colour[set] = COLUMN_SETS * ((sampling.cfa >> 8u * place) & 255u);
         global const float *own = planes + (OVER * across + colour[set]) * plane + start + OVER * (long)down * set_columns;
         for (uint i = 0; i < SIZE; i++) sharp[set * SIZE + i] = own[i / SPAN * next + i % SPAN], kept[set * SIZE + i] = 0.0f;
     }

@@ -377,9 +377,8 @@ class RowBand:
         }
         places, samples = self.device.upload(blocks.astype(np.uint32)), self.device.upload(points)
         for mosaic in self.mosaics:
-            defines = {**self.defines, **self._filter(mosaic), **variant}
             self.device.run(
-                self.device.kernel("occlusion", defines, file="occlusion.cl"),
+                self.device.kernel("occlusion", {**self.defines, **variant}, file="occlusion.cl"),
                 size,
                 (*size[:2], 1),
                 planes=self.sampled,
@@ -388,7 +387,7 @@ class RowBand:
                 slabs=slabs,
                 points=samples,
                 windows=self.windows.windows,
-                sampling=sampling,
+                sampling={**sampling, "cfa": mosaic.cfa.packed(self.area.frame.x, self.area.frame.y)},
                 light=mosaic.light,
                 band=row_band,
             )

@@ -96,6 +96,11 @@ class Cfa:
         table = ", ".join(str(plane) for row in block for plane in row)
         return {"CFA_ROWS": rows, "CFA_COLUMNS": columns, "CFA_TABLE": f"{{{table}}}"}
 
+    def packed(self, x: int, y: int) -> int:
+        """Return the planes of a pattern of 2 x 2 photosites that starts at (x, y) of the sensor, row by row, a byte each."""
+        (first, second), (third, fourth) = self.block(x, y)
+        return first | second << 8 | third << 16 | fourth << 24
+
     @property
     def colors(self) -> list[int]:
         """Colour planes that occur, ascending."""

@@ -16,20 +16,46 @@ from simulator.sensor.camera.cfa import Cfa
 ROWS, COLUMNS = 48, 160
 
 
-@pytest.mark.parametrize("near_m", [1.9, 1.2], ids=["slope", "steps"])
-def test_colours_that_are_blurred_together_have_the_bits_of_each_alone(device, near_m):
+def planned_blur(device, near_m):
+    """Plan of a frame with a slope behind a step, and the planes of its scene."""
     rng, camera = np.random.default_rng(0), small_camera(COLUMNS, ROWS, "RGGB")
     light = rng.random((ROWS, COLUMNS, camera.channels))
     light[20, 40] = 400.0  # a highlight
     depth_m = np.where(np.arange(COLUMNS) < 90, near_m, np.linspace(2.0, 2.1, COLUMNS)) * np.ones((ROWS, 1))
     shot = Shot(band_scene(light, depth_m), ThinLens(50.0, 2.8, 2.0), Exposure(0.001), camera)
     planned = measure(plan(shot), device)
-    optics, tiles = planned.optics, planned.tiles
-    assert tiles is not None
+    optics = planned.optics
+    assert planned.tiles is not None
     planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, None) for layer in optics.scene.layers]
+    return optics, planned.tiles, planes
+
+
+@pytest.mark.parametrize("near_m", [1.9, 1.2], ids=["slope", "steps"])
+def test_colours_that_are_blurred_together_have_the_bits_of_each_alone(device, near_m):
+    optics, tiles, planes = planned_blur(device, near_m)
     filters = [optics.cfa, *(Cfa.uniform(channel) for channel in optics.cfa.colors)]
     shape = tiles.optics.window.height, tiles.optics.window.width
     together = defocused_mosaics(tiles, filters, device, planes, lambda share: None)
     for cfa, found in zip(filters, together, strict=True):
         alone = defocused_mosaic(tiles, cfa, device, planes, lambda share: None)
         np.testing.assert_array_equal(*(device.download(one, shape, np.float32) for one in (found, alone)))
+
+
+def test_occlusion_takes_one_build_for_all_filters_and_gives_each_photosite_its_colour(device, monkeypatch):
+    """A build of that kernel takes seconds. Few blocks take more rays in one filter than in another, until they agree."""
+    built, kernel = set(), device.kernel
+
+    def ask(name, defines, file=None):
+        found = kernel(name, defines, file)
+        built.update({id(found)} if name == "occlusion" else ())
+        return found
+
+    monkeypatch.setattr(device, "kernel", ask)
+    _, tiles, planes = planned_blur(device, 1.2)
+    filters = [*map(Cfa.named, ("RGGB", "BGGR", "GRBG", "GBRG")), *map(Cfa.uniform, range(3))]
+    lights = defocused_mosaics(tiles, filters, device, planes, lambda share: None)
+    *mosaics, red, green, blue = (device.download(light, (ROWS, COLUMNS), np.float32) for light in lights)
+    for cfa, found in zip(filters, mosaics, strict=False):
+        own = np.tile(cfa.planes, (ROWS // 2, COLUMNS // 2))
+        assert (found == np.choose(own, [red, green, blue])).mean() > 0.9
+    assert len(built) == 1
