@@ -26,9 +26,7 @@ SIGMAS = 7.1  # the normal numbers reach 6.7 (kernels/normal.h)
 EXPONENTIAL = 22.3  # the exponentially distributed ones reach 22 (kernels/uniform.h)
 
 QUICK = settings(max_examples=120, deadline=None, derandomize=True, database=None)
-FEW = settings(
-    max_examples=5, deadline=None, derandomize=True, database=None
-)  # of cases that each build a kernel of every stage
+FEW = settings(max_examples=40, deadline=None, derandomize=True, database=None)  # of complete cases and bodies
 LONG = settings(max_examples=3000, deadline=None, derandomize=True, database=None)
 
 
@@ -88,18 +86,20 @@ class Case:
 
 
 @st.composite
-def cases(draw: st.DrawFn, noisy: bool = True) -> Case:
-    """Draw a case."""
+def cases(draw: st.DrawFn, noisy: bool = True, complete: bool = False) -> Case:
+    """Draw a case. complete: no number is 0, and dark electrons take the code of their largest range: one kernel serves all."""
     bits = draw(st.integers(8, 16))
     black = draw(st.one_of(st.just(0.0), st.floats(0.0, min(4096.0, 2.0**bits - 2.0), width=32)))
     exponent = draw(st.floats(-12.0, 12.0))
     before, after, well, dark = draw(
-        st.sampled_from([(1, 1, 1, 1), (0, 0, 0, 0), (1, 0, 1, 0), (0, 1, 0, 0)])
+        st.sampled_from([(1, 1, 1, 1), *([] if complete else [(0, 0, 0, 0), (1, 0, 1, 0), (0, 1, 0, 0)])])
     )  # present or not
+    time_s = draw(powers(-6.0, math.log10(3600.0)))
+    dark_e_per_s = draw(powers(0.75, 2.4)) / time_s if complete else dark * draw(powers(-4.0, 5.0))
     return Case(
         radiance=10.0**exponent,
         decades=draw(st.floats(0.0, min(6.0, 12.0 - exponent))),
-        time_s=draw(powers(-6.0, math.log10(3600.0))),
+        time_s=time_s,
         iso=draw(st.integers(25, 4_000_000)),
         gain=draw(powers(-3.0, 3.0)),
         bits=bits,
@@ -107,7 +107,7 @@ def cases(draw: st.DrawFn, noisy: bool = True) -> Case:
         before_e=before * draw(powers(-3.0, 3.0)),
         after_dn=after * draw(powers(-3.0, 3.0)),
         well_e=well * draw(powers(0.0, 7.0)),
-        dark_e_per_s=dark * draw(powers(-4.0, 5.0)),
+        dark_e_per_s=dark_e_per_s,
         noisy=noisy,
     )
 
@@ -192,23 +192,32 @@ class Body:
         return ends[0], ends[1]
 
 
-def bodies() -> st.SearchStrategy[Body]:
-    """Draw the numbers of the other stages."""
-    dn = or_none(powers(-2.0, 2.0))
+def bodies(complete: bool = False) -> st.SearchStrategy[Body]:
+    """Draw the numbers of the other stages. complete: each has an effect, so that one kernel serves all bodies."""
+    often = (lambda strategy: strategy) if complete else or_none
+    least, dn = (1e-3 if complete else 0.0), often(powers(-2.0, 2.0))
+    shapes = [-0.3, -0.044, 0.14, 0.25, *([] if complete else [0.0])]
+
+    def factors(low: float, high: float) -> st.SearchStrategy[float]:
+        return powers(low, high).filter(lambda factor: factor != 1.0 or not complete)
+
+    def numbers(count: int, most: float) -> st.SearchStrategy[tuple[float, ...]]:
+        return st.tuples(*[st.floats(-most, most)] * count).filter(lambda drawn: any(drawn) or not complete)
+
     return st.builds(
         Body,
-        st.floats(0.0, 0.2),
-        st.floats(0.0, 1.0),
-        st.tuples(st.floats(0.0, 1.0), or_none(powers(-3.0, 8.0))),
-        or_none(powers(-2.0, 3.0)),
-        powers(0.0, 3.0),
+        st.floats(least, 0.2),
+        st.floats(least, 1.0),
+        st.tuples(st.floats(least, 1.0), often(powers(-3.0, 8.0))),
+        often(powers(-2.0, 3.0)),
+        factors(0.0, 3.0),
         st.sampled_from([0.01, 0.2, 1.0]),
-        st.tuples(st.floats(0.0, 1.0), or_none(powers(-2.0, 4.0))),
+        st.tuples(st.floats(least, 1.0), often(powers(-2.0, 4.0))),
         dn,
         dn,
         st.tuples(dn, powers(math.log10(2.0), 5.0)),
-        st.sampled_from([-0.3, -0.044, 0.0, 0.14, 0.25]),
-        st.tuples(*[st.floats(-10.0, 10.0)] * 4),
-        st.tuples(*[st.floats(-100.0, 100.0)] * 5),
-        powers(-2.0, 3.0),
+        st.sampled_from(shapes),
+        numbers(4, 10.0),
+        numbers(4, 100.0),  # as many as in `every_effect`, which shares the build
+        factors(-2.0, 3.0),
     )

@@ -168,7 +168,7 @@ def check_body(bench, case: Case, body: Body) -> None:
         assert signal.variance >= 0 and signal.fixed_variance >= 0
 
 
-@given(cases(), bodies())
+@given(cases(complete=True), bodies(complete=True))
 @FEW
 def test_every_stage_at_once_keeps_every_code_where_it_belongs(bench, case, body):
     check_body(bench, case, body)
