@@ -82,7 +82,7 @@ kernel void lens_deep(global const uint *restrict starts, global const float *re
                     const float middle = (picture.infinite - own[0]) * (picture.infinite - own[1]);
                     const float f = (to - from) / (own[1] - own[0]) * middle / ((picture.infinite - from) * (picture.infinite - to));
                     part = own[3] < 80.0f ? lost_share(smaller(f, 1.0f) * own[3]) : 1.0f;
-                    share = own[2] > 0.0f ? part / own[2] : f;
+                    share = own[2] > 1e-7f ? part / own[2] : f; // below, f is right to alpha / 2
                 } else {
                     const float met = (own[0] + own[4] * off_x + own[5] * off_y) / (1.0f - own[4] * step_x - own[5] * step_y);
                     if (met < t || met >= end) continue;

@@ -69,7 +69,7 @@ INLINE void add_slab(const int mapped, const int partial, const int fresh, const
 // `add_slab` compiled for each case, so that no more is read than it needs. Where photosites look apart, which is dear, for two of them.
 // Only an opaque scene asks whether a slab is the first: else there are half as many cases to compile.
 INLINE void add_case(const int mapped, const int partial, const int first, const struct slab_samples at, const struct ray_state ray) {
-    const int fresh = OPAQUE && first;
+    const bool fresh = OPAQUE && first;
 #if TURNS
     if (at.view.wide) {
         __attribute__((opencl_unroll_hint(1)))

@@ -237,17 +237,28 @@ def take_lamp() -> None:
 
 
 def take_far_spread() -> None:
-    """Diffraction whose kernel has a wide smooth part, and layers out of focus whose blur is corrected to wave optics."""
+    """Diffraction whose kernel has a wide smooth part, alone and behind layers out of focus.
+
+    Layers at one distance each have kernels by distance; where one recedes, their blur is corrected to wave optics.
+    """
     rng, camera = np.random.default_rng(0), small_camera(18, 10)
     light, coverage = rng.random((10, 18, 1)).astype(np.float32), rng.random((10, 18)).astype(np.float32)
-    layers = {"coverage": coverage, "behind": (Layer(light, 2.1),)}
-    for f_number, exposure, tolerance, rest in ((32.0, Exposure(0.1), 0.1, {}), (5.6, Exposure(0.01), 1.0, layers)):
+    receding = np.linspace(2.08, 2.1, 180).reshape(10, 18).astype(np.float32)
+    found = []
+    for f_number, exposure, tolerance, far_m in (
+        (32.0, Exposure(0.1), 0.1, None),
+        (5.6, Exposure(0.01), 1.0, 2.1),
+        (5.6, Exposure(0.01), 1.0, receding),
+    ):
         lens = ThinLens(50.0, f_number, 2.0, diffraction=True)
+        rest = {} if far_m is None else {"coverage": coverage, "behind": (Layer(light, far_m),)}
         scene = band_scene(light * coverage[..., None], 2.0, **rest)
         planned = measure(plan(Shot(scene, lens, exposure, camera, tolerance=tolerance)), open_device())
         psf = planned.optics.psf
-        assert psf is not None and psf.core is not None and (psf.corrected_px if rest else psf.core.has_tail)
+        assert psf is not None and psf.core is not None and psf.core.has_tail
+        found.append((psf.is_gathered_by_distance, bool(psf.corrected_px)))
         expose(planned, open_device())
+    assert found == [(False, False), (True, False), (False, True)]
     print("done", devices()[0].name)
 
 

@@ -1,9 +1,11 @@
 """Surfaces that occlude each other, out of focus: against closed forms, the reference path and a ray tracer."""
 
 import dataclasses
+import uuid
 from pathlib import Path
 
 import numpy as np
+import pyopencl as cl
 import pytest
 from helpers.area_truth import means_behind_a_near_surface, means_of_upright_layers
 from helpers.lens_error import statistics, z_scores
@@ -11,6 +13,8 @@ from helpers.lens_frame import LENS, blurred_case, case_plan, executed_case
 from helpers.lens_truths import Case, penumbra, slanted_plane, stripes, uniform_layers
 from scipy.ndimage import maximum_filter
 
+from simulator.device import Device, Kernel
+from simulator.device.kernel_source import kernel_source, read_macros
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.aperture_samples import aperture_samples as tile_points
 from simulator.optics.defocus.defocus import Method, plan_defocus
@@ -173,3 +177,24 @@ def test_stripes_of_squares_are_told_by_the_budget():
     z = np.abs(z_scores(executed_case(case, planned), np.broadcast_to(truth, case.truth.shape), 20000.0))
     assert z.max() < 0.2 < np.abs(z_scores(case.truth, np.broadcast_to(truth, case.truth.shape), 20000.0)).max()
     assert z.max() < planned.error_budget.predicted_sigma < 2.0
+
+
+def test_compilers_find_no_fault_with_what_layers_lack(bench, monkeypatch):
+    """What is added to layers that were laid over one another asks of no slab whether it is the first."""
+    builds, kernel = [], Device.kernel
+
+    def listening(device: Device, name: str, defines: dict[str, object], **settings: str) -> Kernel:
+        builds.extend([defines] * (name == "occlusion"))
+        return kernel(device, name, defines, **settings)
+
+    monkeypatch.setattr(Device, "kernel", listening)
+    blurred_case(uniform_layers(-5.0, 6.0))
+    defines = read_macros("occlusion.cl", builds[0])
+    assert defines["OPAQUE"] == 0 and defines["COVERAGE"] == 1
+    late = "kernel void occlusion(global float *x) { const int no = 0 && *x; if (*x > 1.0f && no) *x = 0.0f; }"
+    told = []
+    for source in (kernel_source("occlusion.cl"), late):
+        unbuilt = f"{source}\n// {uuid.uuid4()}"  # in no cache
+        program = bench.device.build(unbuilt, "occlusion", defines).function.program
+        told.append(program.get_build_info(program.devices[0], cl.program_build_info.LOG).strip())
+    assert not told[0] and "constant operand" in told[1]

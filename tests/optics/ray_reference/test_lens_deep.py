@@ -109,9 +109,10 @@ def test_fog_lets_through_what_its_thickness_does():
     assert np.abs(found / (0.3 + 0.5 * 0.8) - 1.0).max() < 1e-4
 
 
-def test_fog_of_a_tiny_alpha_keeps_its_light():
-    """Found by `make stress`: 1 - e^-x lost all of the light where x is below an ulp of 1."""
-    pixels = [[(0.3, 1e-9, -0.3, 0.2), (0.1, 1.0, 4.0, 4.0)]] * (ROWS * COLUMNS)
+@pytest.mark.parametrize("alpha", [1e-9, 1.4e-45])
+def test_fog_of_a_tiny_alpha_keeps_its_light(alpha):
+    """Found by `make stress`: 1 - e^-x lost all light where x is below an ulp of 1, and of denormals it is rounded."""
+    pixels = [[(0.3, alpha, -0.3, 0.2), (0.1, 1.0, 4.0, 4.0)]] * (ROWS * COLUMNS)
     found = rays_light(planned_frame(deep_scene(pixels)), Window(24, 16, 8, 4))
     assert np.abs(found / 0.4 - 1.0).max() < 1e-5
 
