@@ -73,6 +73,14 @@ def test_a_path_that_ends_in_the_dark_keeps_what_its_plan_promises(device, name,
     assert found is not None and 0.0 < found["promises"] <= 1.0
 
 
+def test_noise_on_a_diagonal_keeps_what_its_plan_promises(device):
+    """Where a search found 0.129 sigma of 0.1: distances of instants that fit those of pixels, so that errors of bends add."""
+    case = next(case for case in CASES if case.name == "swept_vectors")
+    light = paint("noise", 315, (20, 36), 0.36788, 1.32313)
+    found = case.measure(device, {"light": light, "electrons": 2e4, "right_px": -6.0, "down_px": -6.0})
+    assert found is not None and 0.0 < found["promises"] <= 1.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=ids)
 def test_a_kernel_stays_within_its_bound_wherever_a_search_of_new_numbers_leads(device, launched, case):

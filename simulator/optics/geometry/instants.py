@@ -245,16 +245,21 @@ class TimedPath:
         law = instants_error(count if self.spacing is None else count / self.spacing.excess, length, contrast)
         return min(law, EDGE_MARGIN * contrast * self.edge_error(count)) if length.passages > 1.0 else law
 
+    def longest_places(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return displacements x, y (count, 2) [photosites] and weights (count,) of so many instants of the longest path."""
+        own = self.of_lines(np.array([self._reach(self.steps_px).argmax()]))
+        ways_px = np.linalg.norm(np.ptp(self.displacement_px, axis=0), axis=-1)
+        own.poses = self.displacement_px[:, int(ways_px.argmax())]
+        found = own.instants(count)
+        return found.pose_numbers[0], found.weights[0]
+
     def edge_error(self, count: int) -> float:
         """Return the largest error that so many instants make at straight edges of contrast 1, wherever these lie.
 
         It is that of the longest path, in EDGE_DIRECTIONS directions, on a photosite's even square along the edge, beside
         EDGE_FINER times as many instants.
         """
-        own = self.of_lines(np.array([self._reach(self.steps_px).argmax()]))
-        ways_px = np.linalg.norm(np.ptp(self.displacement_px, axis=0), axis=-1)
-        own.poses = self.displacement_px[:, int(ways_px.argmax())]
-        sampled = [(one.pose_numbers[0], one.weights[0]) for one in (own.instants(count), own.instants(EDGE_FINER * count))]
+        sampled = [self.longest_places(number) for number in (count, EDGE_FINER * count)]
         worst = 0.0
         for angle in np.arange(EDGE_DIRECTIONS) * math.pi / EDGE_DIRECTIONS:
             along = [(places @ [math.cos(angle), math.sin(angle)], weights) for places, weights in sampled]

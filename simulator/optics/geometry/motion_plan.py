@@ -26,6 +26,7 @@ from simulator.optics.geometry.instants import (
 from simulator.optics.geometry.pixel_vectors import PixelVectors, pixel_vectors
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.spaced_instants import SpacedInstants
+from simulator.optics.geometry.texture_error import RESONANT, textured_instants
 from simulator.optics.lens.lens import Lens
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Layer, Scene
@@ -293,7 +294,10 @@ def plan_motion(
         count = max(count, math.ceil(spaced.excess * needed_cuts(need.border, need.allowed)))
     lamps = needed_instants(length, need.lamps, need.allowed, 0.0)
     even_count, lamp_count = max(even.count, lamps), math.ceil(spaced.excess * lamps)
-    error = max(path.instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0)
+    textured, pixels = 0.0, need.texture if need.bend else 0.0  # independent ones at the most
+    if RESONANT * pixels * math.sqrt(length.longest_px) > contrast:
+        count, textured = textured_instants(path, count, pixels, need.allowed)
+    error = max(path.instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0, textured)
     if lamp_count > count:
         error = max(error, path.instants_error(lamp_count, length, need.lamps))
     else:
