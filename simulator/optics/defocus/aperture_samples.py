@@ -20,6 +20,7 @@ MOVING = 1.5
 ROUNDED_DOWN = 0.05  # octaves by which a number may be below the wanted one, so that read noise alone does not double it
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
+FEWEST_CORRECTED = 64  # samples of a correction, if there are so many: of 32 too few see past the end of a penumbra
 CORRECTION_AGREES = 0.25  # share of the allowed disagreement at which a correction suffices: the means it corrects err, too
 CORRECTION_LEAST = 8  # divides the number after which a correction is compared first: beside an edge few points agree by chance
 HARDEST = 2  # times the number of points for blocks that do not agree on their light (`most_samples`)
@@ -64,7 +65,8 @@ def most_samples(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
 
 def correction_count(count: np.ndarray, samples_per_axis: int | np.ndarray) -> np.ndarray:
     """Return how many of the samples that blur circles have a correction takes (`Method.CORRECTED`)."""
-    return np.where(np.equal(samples_per_axis, 1), count // POINTS_SAVED, count)
+    saved = np.maximum(count // POINTS_SAVED, np.minimum(count, FEWEST_CORRECTED))
+    return np.where(np.equal(samples_per_axis, 1), saved, count)
 
 
 def takes_as_needed(defocus: Defocus) -> bool:

@@ -179,6 +179,16 @@ def test_stripes_of_squares_are_told_by_the_budget():
     assert z.max() < planned.error_budget.predicted_sigma < 2.0
 
 
+def test_a_correction_has_points_enough_past_the_end_of_a_penumbra():
+    """Few electrons ask for few points: a search found 0.19 sigma where few of 32 see past the edge."""
+    case = stripes(-10.36923, -5.86923, 24.0, 2)
+    row, inner = case.oversampling * case.margin, slice(case.margin, -case.margin)
+    truth = means_of_upright_layers(case.colour[:, row], case.coverage[0, row], case.radius_px[:, row, 0], 2)[inner]
+    planned = case_plan(case, 59.527)
+    z = np.abs(z_scores(executed_case(case, planned), np.broadcast_to(truth, case.truth.shape), 59.527))
+    assert z.max() < planned.error_budget.predicted_sigma < 0.1
+
+
 def test_compilers_find_no_fault_with_what_layers_lack(bench, monkeypatch):
     """What is added to layers that were laid over one another asks of no slab whether it is the first."""
     builds, kernel = [], Device.kernel
