@@ -4,6 +4,7 @@ Each is a share of the brightest light, in the noise of what is there, with nois
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,14 +14,15 @@ RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
 RIM_MOVED, RIM_SEEN = 3e-3, 5e-2  # of a lamp that eight rectangles gather: its light, and the root of it in its own noise
 
 
-def lamp_crossing_error(radius_px: float, scale: float, accuracy: Accuracy) -> float:
+def lamp_crossing_error(radius_px: float, scale: float, accuracy: Accuracy, few: float = 0.0) -> float:
     """Error of ignoring a small blur circle around a lamp of one scene pixel in the dark, as a share of the brightest light.
 
     It is that of even squares, in the noise of what crosses or of what is left. 0: no pixel is a lamp (LAMP_PEAK).
 
-    scale: scene pixels per photosite.
+    scale: scene pixels per photosite. few: `SceneContrast.few`.
     """
-    if accuracy.peak < LAMP_PEAK:
+    accuracy = replace(accuracy, peak=max(accuracy.peak if accuracy.peak >= LAMP_PEAK else 0.0, few))
+    if accuracy.peak == 0.0:
         return 0.0
     noise_e2 = max(accuracy.read_noise_e**2, 1.0)
     own_e = min(scale, 1.0 / scale) ** 2 * accuracy.peak * accuracy.electrons  # of the lamp, in its photosite

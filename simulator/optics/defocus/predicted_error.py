@@ -240,7 +240,8 @@ def ignored_error(
     """
     if radius_px == 0.0:
         return []
-    lamp, is_fine = lamp_crossing_error(radius_px, scale, accuracy), scale > 1.0
+    is_unknown, is_fine = abs(scale - 1.0) < 1e-3, scale > 1.0
+    lamp = lamp_crossing_error(radius_px, scale, accuracy, contrast.few if is_unknown else 0.0)
     left_out = max(
         contrast.curvature / WAVE_CURVATURE * copy_error(radius_px),
         crossing_error(radius_px, accuracy.detail),
@@ -248,7 +249,7 @@ def ignored_error(
     )
     cause = f"no blur up to a radius of {radius_px:.2g}"
     found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
-    if lamp > 0.0 and abs(scale - 1.0) < 1e-3:
+    if lamp > 0.0 and is_unknown:
         found.append(ErrorTerm(BLUR, "lamps smaller than photosites", accuracy.in_sigma(lamp), FINER_SCENE, "input"))
     if contrast.flattened > 0.0:
         cause = "layers that are composited before the light between their pixels is"

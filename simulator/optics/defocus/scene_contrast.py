@@ -46,6 +46,7 @@ class SceneContrast:
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
         least where a penumbra ends; 0: pixels are samples, or even squares (`Accuracy.detail`), or its own curvature says more.
+    few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """
 
@@ -62,6 +63,7 @@ class SceneContrast:
     flattened: float = 0.0
     around_lamps: float = 1.0
     within: float = 1.0
+    few: float = 0.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -168,6 +170,13 @@ def _brightest_beside_lamps(layer: Layer, to_share: np.ndarray) -> float:
     return min(float(light[-FEW_LAMPS - 1 :][0]), 1.0)
 
 
+def _brightest_of_few(layer: Layer, to_share: np.ndarray) -> float:
+    """Return `SceneContrast.few` of a layer."""
+    most, pixels = _brightest_beside_lamps(layer, to_share), layer.planes[..., 0].size
+    brightest = float((layer.planes @ to_share).max()) if pixels < FEW else 0.0
+    return brightest if brightest > LAMP * most else 0.0
+
+
 def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, column: int, radius_px: float) -> float:
     """Least mean within a blur circle that touches that of a pixel, lamps left out, of layers at rest; at most 1."""
     from scipy.ndimage import uniform_filter
@@ -202,7 +211,8 @@ def sharp_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     flattened, accuracy = 0.0, defocus.accuracy
     if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
-    return SceneContrast(curvature=max(every), flattened=flattened)
+    few = max(_brightest_of_few(layer, per_share * weights) for layer in scene.layers)
+    return SceneContrast(curvature=max(every), flattened=flattened, few=few)
 
 
 def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float, float]:

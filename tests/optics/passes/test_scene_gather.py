@@ -109,6 +109,19 @@ def test_a_lamp_of_one_pixel_per_photosite_is_told_to_be_unknown_inside_it(radiu
     assert any("lamps smaller than photosites" in warning for warning in planned.warnings())
 
 
+@pytest.mark.parametrize("radius", [0.2, 0.35])
+def test_a_lamp_that_is_the_brightest_light_of_a_tiny_frame_is_told_to_be_unknown_inside_it(radius):
+    """A search found 3.2 sigma of 100 e- where 1.6 were stated: among 192 pixels one counts as the brightest light."""
+    pixels = np.zeros((12, 16))
+    pixels[6, 8] = 1.0
+    found, planned = frame_radiance(fine_shot(pixels, (12, 16), radius, 100.0))
+    assert planned.optics.defocus is None
+    told = planned.error_budget.sigma("input")
+    assert 0.5 * told < np.abs(z_scores(found, photosite_means(pixels, (12, 16), radius), 100.0)).max() <= told
+    pixels[:] = 0.5 + 0.5 * pixels
+    assert plan(fine_shot(pixels, (12, 16), radius, 100.0)).error_budget.sigma("input") == 0.0
+
+
 def test_the_truth_of_the_smallest_circle_is_that_of_none():
     pixels = fine_scene("lamps", 2.7, SHAPE)
     sharp = photosite_means(pixels, SHAPE)
