@@ -5,7 +5,9 @@ area of the shape inside its square (of 1 px), divided by the sum of all weights
 """
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -163,23 +165,37 @@ class Taps:
     direct: bool = False
 
 
-def make_taps(weights: np.ndarray, samples_per_axis: int = 1, direct: int = DIRECT) -> Taps:
-    """Taps of a kernel (n, n): a prefix sum is read wherever the weight changes down a column.
+def make_taps(images: Sequence[np.ndarray], samples_per_axis: int = 1, direct: int = DIRECT) -> list[Taps]:
+    """Taps of kernels (n, n): a prefix sum is read wherever the weight changes down a column.
 
-    The photosite's own samples lie in the middle of the kernel; the first is element (n - samples_per_axis) // 2 of each axis.
+    The photosite's own samples lie in the middle of a kernel; the first is element (n - samples_per_axis) // 2 of each axis.
 
     The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). An evenly
     bright aperture has only two such changes per column, so that the work grows with the radius instead of its square.
     A small kernel reads the samples themselves: as quick, and without the rounding errors of prefix sums beside highlights.
     direct: number of weights of the largest kernel that reads samples.
     """
-    reach = (weights.shape[0] - samples_per_axis) // 2
-    if weights.size <= direct:
-        rows, columns = np.nonzero(weights)
-        return Taps(rows - reach, columns - reach, weights[rows, columns], np.zeros(0, int), np.zeros(0), direct=True)
-    steps = np.zeros((weights.shape[0] + 1, weights.shape[1]))
-    steps[1:] = weights
-    steps[:-1] -= weights
-    rows, columns = np.nonzero(np.abs(steps) > 1e-12)
-    sides = np.arange(weights.shape[1]) - reach
-    return Taps(rows - reach, columns - reach, steps[rows, columns], sides, weights.sum(axis=0))
+    taps: dict[int, Taps] = {}
+    sizes = np.array([len(image) for image in images])
+    for size in np.unique(sizes).tolist():
+        same = np.flatnonzero(sizes == size).tolist()
+        taps |= zip(same, _taps_of(np.stack([images[n] for n in same]), samples_per_axis, direct), strict=True)
+    return [taps[n] for n in range(len(images))]
+
+
+def _taps_of(weights: np.ndarray, samples_per_axis: int, direct: int) -> Iterator[Taps]:
+    """`make_taps` of kernels of one size, (images, n, n)."""
+    images, size, _ = weights.shape
+    reach, is_direct = (size - samples_per_axis) // 2, size**2 <= direct
+    steps, sides, totals = weights, np.zeros(0, int), np.zeros((images, 0))
+    if not is_direct:
+        steps = np.zeros((images, size + 1, size))
+        steps[:, 1:] = weights
+        steps[:, :-1] -= weights
+        sides, totals = np.arange(size) - reach, weights.sum(axis=1)
+    image, rows, columns = np.nonzero(steps if is_direct else np.abs(steps) > 1e-12)
+    read = steps[image, rows, columns]
+    rows, columns = rows - reach, columns - reach
+    ends = np.searchsorted(image, np.arange(images + 1)).tolist()
+    for n, (begin, end) in enumerate(pairwise(ends)):
+        yield Taps(rows[begin:end], columns[begin:end], read[begin:end], sides, totals[n], is_direct)

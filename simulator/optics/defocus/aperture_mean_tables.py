@@ -1,17 +1,21 @@
 """Tables of kernels/defocus.cl: for each blur radius, the taps whose weighted sum is the mean over the aperture's image."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from simulator.device.kernel_source import declared_struct, kernel_source
-from simulator.optics.defocus.aperture_kernel import CHUNK, Taps, make_taps, photosite_weights
+from simulator.optics.defocus.aperture_kernel import CHUNK, MOST_WEIGHTS, Taps, make_taps, photosite_weights
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.defocus.tilted_kernel import tilted_weights
 from simulator.optics.geometry.interleaved_columns import element
 from simulator.optics.pupil.pupil import Pupil
+
+MOST_KEPT = 4096  # images of a pupil whose taps are kept for the next frame
+
+_Key = tuple[float, tuple[float, float]]  # radius and slope of an image
 
 
 @dataclass(frozen=True)
@@ -37,14 +41,49 @@ class BlurTable:
     taps: np.ndarray
 
 
-@lru_cache(maxsize=4096)
-def aperture_taps(
-    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea = WHOLE
-) -> Taps:
-    """Taps of the aperture's image on the optical axis, for a surface of this slope."""
-    if any(slope):
-        return make_taps(tilted_weights(pupil, radius_px, slope, samples_per_axis, area), samples_per_axis)
-    return make_taps(photosite_weights(pupil, radius_px, samples_per_axis, area), samples_per_axis)
+def aperture_taps(pupil: Pupil, images: Sequence[Image], samples_per_axis: int, area: PhotositeArea = WHOLE) -> list[Taps]:
+    """Taps of the aperture's images on the optical axis, for surfaces of their slopes. Those of the last images are kept."""
+    known = _known_taps(pupil, samples_per_axis, area)
+    keys = [(image.radius_px, image.slope) for image in images]
+    found = {key: taps for key in keys if (taps := known.get(key)) is not None}
+    made: dict[_Key, Taps] = {}
+    for some in _batches({*keys} - found.keys(), samples_per_axis):
+        made |= zip(some, make_taps(_weights(pupil, some, samples_per_axis, area), samples_per_axis), strict=True)
+    if len(known) + len(made) > MOST_KEPT:
+        known.clear()
+    known.update(made)
+    found |= made
+    return [found[key] for key in keys]
+
+
+def _batches(images: Iterable[_Key], samples_per_axis: int) -> Iterator[list[_Key]]:
+    """Split images into those whose weights are in memory together: mirrored ones, and others of about their size."""
+    batch: list[_Key] = []
+    weights = 0.0
+    for image in sorted(images, key=lambda image: (abs(image[0]), *map(abs, image[1]))):
+        own = (samples_per_axis * (2.0 * abs(image[0]) + 1.0)) ** 2
+        if batch and weights + own > MOST_WEIGHTS:
+            yield batch
+            batch, weights = [], 0.0
+        batch.append(image)
+        weights += own
+    if batch:
+        yield batch
+
+
+@lru_cache(maxsize=4)
+def _known_taps(pupil: Pupil, samples_per_axis: int, area: PhotositeArea) -> dict[_Key, Taps]:
+    """Taps by radius and slope."""
+    return {}
+
+
+def _weights(pupil: Pupil, images: list[_Key], samples_per_axis: int, area: PhotositeArea) -> list[np.ndarray]:
+    """Weights of the samples that a photosite sees, (n, n) of each image, given as its radius and slope."""
+    tilted = [n for n, (_, slope) in enumerate(images) if any(slope)]
+    weights = {n: photosite_weights(pupil, images[n][0], samples_per_axis, area) for n in set(range(len(images))) - set(tilted)}
+    radii_px, slopes = np.array([images[n][0] for n in tilted]), np.array([images[n][1] for n in tilted]).reshape(-1, 2)
+    weights |= zip(tilted, tilted_weights(pupil, radii_px, slopes, samples_per_axis, area), strict=True)
+    return [weights[n] for n in range(len(images))]
 
 
 def blur_table(images: Sequence[Taps], numbers: Sequence[int], samples_per_axis: int, rows: int, set_columns: int) -> BlurTable:

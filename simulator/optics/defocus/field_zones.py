@@ -71,17 +71,14 @@ class Zones:
         """
         needed = self._needed(chosen, len(images), places)
         whole, cut = np.nonzero((needed & ~self._clips[:, None]).any(axis=0))[0], np.nonzero(needed & self._clips[:, None])
-        taps = [
-            aperture_taps(self.eyes.pupil, images[index].radius_px, images[index].slope, samples_per_axis, area)
-            for index in whole
-        ]
+        taps = aperture_taps(self.eyes.pupil, [images[index] for index in whole], samples_per_axis, area)
         entries = np.zeros(needed.shape, np.int32)
         entries[:, whole] = np.arange(len(whole))
         entries[cut] = len(whole) + np.arange(len(cut[0]))
         radii_px, nodes = (np.array([getattr(image, name) for image in images]) for name in ("radius_px", "node"))
         cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), radii_px[cut[1]], samples_per_axis, area)
         numbers = [*nodes[whole], *nodes[cut[1]]]
-        return taps + [make_taps(image, samples_per_axis) for image in cut_images], numbers, entries
+        return taps + make_taps(cut_images, samples_per_axis), numbers, entries
 
     def cut_counts(self, chosen: TileChoice, images: list[Image], places: np.ndarray) -> np.ndarray:
         """Corners at which a rim clips each image, so that `images` makes taps of it: (images,). Arguments as of `images`."""

@@ -6,6 +6,7 @@ focus is the photosite and whose eccentricity is |g|. Uniform light on the pupil
 """
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -16,93 +17,156 @@ from simulator.optics.pupil.pupil import Pupil
 OUTLINE_POINTS = 1024  # vertices of the pupil's outline: a polygon within 1e-5 of its radius
 SLICES = 256  # rows into which the image's radius is cut
 MOST_SLICES = 64  # largest number of them in one sample
-KEPT_PX = 24.0  # largest blur radius of weights that are kept [samples]
+AT_ONCE = 2**17  # cells in slices that are computed together: about as many numbers as a core's own cache holds
 STEP = 0.15  # largest relative change of the weight within one step down a column
 
 
 def tilted_weights(
-    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea = WHOLE
-) -> np.ndarray:
-    """Weights of the samples of a tilted plane that a photosite sees, (n, n) float64, sum 1, as `photosite_weights`.
+    pupil: Pupil, radii_px: np.ndarray, slopes: np.ndarray, samples_per_axis: int, area: PhotositeArea = WHOLE
+) -> list[np.ndarray]:
+    """Weights of the samples of tilted planes that a photosite sees, (n, n) float64 each, sum 1, as `photosite_weights`.
 
-    radius_px: signed radius at the photosite's centre [photosites]; each of its samples has its own. slope: (x, y) of the
-    radius [photosites per photosite], shorter than 1 / pupil.corner_radius.
+    radii_px: (images,) signed radius at the photosite's centre [photosites]; each of its samples has its own. slopes:
+    (images, 2) x, y of the radius [photosites per photosite], shorter than 1 / pupil.corner_radius.
     Inside the image, weights are rounded to steps down the columns, so that `make_taps` needs few taps. Columns step at
     different rows, and each keeps its sum and its centroid.
     A round pupil has no direction: images of mirrored slopes, and of radii of either sign, are mirror images of one another.
+    The weights of an image do not depend on the others.
     """
     if not pupil.is_round:
-        return _weights(pupil, radius_px, slope, samples_per_axis, area)
-    make = _upright_weights if abs(radius_px) * samples_per_axis <= KEPT_PX else _weights
-    weights = make(pupil, abs(radius_px), (abs(slope[0]), abs(slope[1])), samples_per_axis, area)
-    across, down = (-1 if (part < 0.0) != (radius_px < 0.0) else 1 for part in slope)
-    return weights[::down, ::across]
+        return _weights(pupil, radii_px, slopes, samples_per_axis, area)
+    upright, index = np.unique(np.abs(np.column_stack([radii_px, slopes])), axis=0, return_inverse=True)
+    weights = _weights(pupil, upright[:, 0], upright[:, 1:], samples_per_axis, area)
+    steps = np.where((slopes < 0.0) != (radii_px < 0.0)[:, None], -1, 1).tolist()
+    return [weights[n][::down, ::across] for n, (across, down) in zip(index.reshape(-1).tolist(), steps, strict=True)]
 
 
 def _weights(
-    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea
-) -> np.ndarray:
+    pupil: Pupil, radii_px: np.ndarray, slopes: np.ndarray, samples_per_axis: int, area: PhotositeArea
+) -> list[np.ndarray]:
     """`tilted_weights`, computed."""
+    if not area.has_squares(samples_per_axis):
+        return _gathered(pupil, radii_px, slopes, samples_per_axis, area)
 
-    def gather(radius_px: float, samples: int) -> np.ndarray:
-        return _gathered(pupil, radius_px, slope, samples, area.shares(samples))
+    def weights(radius_px: float, slope: np.ndarray) -> np.ndarray:
+        def gather(radius_px: float, samples: int) -> np.ndarray:
+            return _gathered(pupil, np.array([radius_px]), slope[None], samples, area)[0]
 
-    return area.weights(gather, radius_px, samples_per_axis, TILTED_IN_PARTS)
+        return area.weights(gather, radius_px, samples_per_axis, TILTED_IN_PARTS)
 
-
-@lru_cache(maxsize=1024)
-def _upright_weights(
-    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea
-) -> np.ndarray:
-    """`_weights` of radii and slopes above 0, which images of both signs share; nobody may change them."""
-    weights = _weights(pupil, radius_px, slope, samples_per_axis, area)
-    weights.flags.writeable = False
-    return weights
+    return [weights(*one) for one in zip(radii_px.tolist(), slopes, strict=True)]
 
 
 def _gathered(
-    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, shares: np.ndarray
-) -> np.ndarray:
-    """`tilted_weights` of samples that are values. shares: of a photosite's open side on each of its samples."""
-    corner = pupil.corner_radius
+    pupil: Pupil, radii_px: np.ndarray, slopes: np.ndarray, samples_per_axis: int, area: PhotositeArea
+) -> list[np.ndarray]:
+    """`tilted_weights` of samples that are values."""
+    corner, shares = pupil.corner_radius, area.shares(samples_per_axis)
+    across, down = slopes.T[:, :, None, None]
     places = np.arange(samples_per_axis) - 0.5 * (samples_per_axis - 1)
-    radii = samples_per_axis * radius_px + slope[0] * places[None, :] + slope[1] * places[:, None]
-    farthest = float(np.abs(radii).max()) * corner / (1.0 - math.hypot(*slope) * corner)
-    reach = max(0, math.ceil(farthest - 0.5))
-    size = 2 * reach + samples_per_axis
-    spread, inside = np.zeros((size, size)), np.zeros((size, size))
-    for (down, right), radius in np.ndenumerate(radii):
-        weights, covered = _cells(pupil, float(radius), slope, reach)
-        weights = weights * (shares[down] * shares[right])
-        spread[down : down + 2 * reach + 1, right : right + 2 * reach + 1] += weights
-        inside[down : down + 2 * reach + 1, right : right + 2 * reach + 1] += covered
-    rows = math.floor(samples_per_axis * abs(radius_px) * min(STEP / max(3.0 * abs(slope[1]), 1e-9), 0.5))
-    return _in_steps(spread, inside > samples_per_axis**2 - 1e-6, rows) / spread.sum()
+    radii = samples_per_axis * radii_px[:, None, None] + across * places + down * places[:, None]
+    farthest = np.abs(radii).max(axis=(1, 2)) * corner / (1.0 - np.hypot(*slopes.T) * corner)
+    reaches = np.maximum(np.ceil(farthest - 0.5), 0.0).astype(int)
+    samples = list(np.ndindex(samples_per_axis, samples_per_axis))
+    images = [_Images.cut(pupil, radii[:, *sample], slopes, reaches) for sample in samples]
+    steepest = np.maximum(3.0 * np.abs(slopes[:, 1]), 1e-9)
+    rows = np.floor(samples_per_axis * np.abs(radii_px) * np.minimum(STEP / steepest, 0.5)).astype(int)
+    weights: list[np.ndarray] = [np.empty(0)] * len(radii_px)
+    for reach in np.unique(reaches).tolist():
+        some = np.flatnonzero(reaches == reach)
+        size = 2 * reach + samples_per_axis
+        spread, inside = np.zeros((2, len(some), size, size))
+        for (y, x), of_sample in zip(samples, images, strict=True):
+            light, covered = _cells(of_sample, some, reach)
+            here = np.s_[:, y : y + 2 * reach + 1, x : x + 2 * reach + 1]
+            spread[here] += light * (shares[y] * shares[x])
+            inside[here] += covered
+        totals, long = _sums(spread), rows[some] >= 2
+        spread[long] = _in_steps(spread[long], inside[long] > samples_per_axis**2 - 1e-6, rows[some][long])
+        spread /= totals
+        for place, image in zip(some.tolist(), spread, strict=True):
+            weights[place] = image
+    return weights
 
 
-def _cells(pupil: Pupil, radius: float, slope: tuple[float, float], reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Weight of each sample's cell around a sample, sum 1, and the share of the cell inside the image; both (2 reach + 1)^2."""
-    size = 2 * reach + 1
-    if abs(radius) * pupil.corner_radius <= 0.5 * (1.0 - math.hypot(*slope)):  # the image stays in one cell
-        weights = np.zeros((size, size))
-        weights[reach, reach] = 1.0
-        return weights, weights
-    slices = min(math.ceil(SLICES / abs(radius)), MOST_SLICES)
-    rows = ((np.arange(size * slices) + 0.5) / slices - reach - 0.5) / radius
-    low, high = _spans(pupil, slope, rows)
-    borders = np.clip((np.arange(size + 1) - reach - 0.5) / radius, low[:, None], high[:, None])
-    lengths = np.abs(np.diff(borders, axis=1))
-    stretch = 1.0 + slope[1] * rows[:, None] + slope[0] * borders
-    left, right = stretch[:, :-1], stretch[:, 1:]
-    light = 0.5 * lengths * (left + right) / (left * right) ** 2  # integral of stretch^-3
-    light, lengths = (part.reshape(size, slices, size).sum(axis=1) for part in (light, lengths))
-    return light / light.sum(), lengths * abs(radius) / slices
+def _sums(images: np.ndarray) -> np.ndarray:
+    """Sum of each image (images, n, n): (images, 1, 1)."""
+    return images.reshape(len(images), -1).sum(axis=1)[:, None, None]
 
 
-def _spans(pupil: Pupil, slope: tuple[float, float], rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Left and right end of rows of the pupil's image v; both 0 in rows outside it."""
-    low, high = (np.interp(rows, y, x, left=0.0, right=0.0) for x, y in _sides(pupil, slope))
-    return low, high
+@dataclass(frozen=True)
+class _Images:
+    """Images of the aperture on a grid of cells, cut into rows.
+
+    radii: (images,) [samples]. slopes: (images, 2). slices: (images,) rows of each cell; 0: the image stays in one cell.
+    first: (images,) place of an image's first row in low and high: left and right end of its rows [radii], both 0 outside.
+    """
+
+    radii: np.ndarray
+    slopes: np.ndarray
+    slices: np.ndarray
+    first: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @staticmethod
+    def cut(pupil: Pupil, radii: np.ndarray, slopes: np.ndarray, reaches: np.ndarray) -> "_Images":
+        """Cut images that reach so many cells, (images,), to each side."""
+        one_cell = np.abs(radii) * pupil.corner_radius <= 0.5 * (1.0 - np.hypot(*slopes.T))
+        slices = np.minimum(np.ceil(SLICES / np.where(one_cell, 1.0, np.abs(radii))), MOST_SLICES).astype(int)
+        slices[one_cell] = 0
+        order, counts = np.lexsort(slopes.T), (2 * reaches + 1) * slices
+        ends = np.cumsum(counts[order])
+        first = np.empty_like(ends)
+        first[order] = ends - counts[order]
+        every = np.repeat(order, counts[order])
+        row = np.arange(len(every)) - first[every]
+        rows = ((row + 0.5) / slices[every] - reaches[every] - 0.5) / radii[every]
+        low, high = np.empty((2, len(rows)))
+        kinds = np.flatnonzero((np.diff(slopes[order], axis=0) != 0.0).any(axis=1)) + 1
+        for own in np.split(order, kinds) if len(order) else ():  # images of one slope
+            here = slice(first[own[0]], first[own[-1]] + counts[own[-1]])
+            for places, (x, y) in zip((low, high), _sides(pupil, tuple(slopes[own[0]].tolist())), strict=True):
+                places[here] = np.interp(rows[here], y, x, left=0.0, right=0.0)
+        return _Images(radii, slopes, slices, first, low, high)
+
+
+def _cells(images: _Images, some: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Weight of each sample's cell around a sample, sum 1, and the share of the cell inside the image.
+
+    some: numbers of the images. Both results are (images, 2 reach + 1, 2 reach + 1).
+    """
+    size, slices = 2 * reach + 1, images.slices[some]
+    light, inside = np.zeros((2, len(some), size, size))
+    light[slices == 0, reach, reach] = inside[slices == 0, reach, reach] = 1.0
+    for count in np.unique(slices[slices > 0]).tolist():
+        same, at_once = np.flatnonzero(slices == count), max(1, AT_ONCE // (size**2 * count))
+        for part in np.split(same, range(at_once, len(same), at_once)):
+            light[part], inside[part] = _add_slices(images, some[part], reach, count)
+    return light, inside
+
+
+def _add_slices(images: _Images, some: np.ndarray, reach: int, slices: int) -> tuple[np.ndarray, np.ndarray]:
+    """`_cells` of images that are cut into so many slices per cell. Arrays are (columns, slices, images and rows of cells)."""
+    size, radii = 2 * reach + 1, images.radii[some, None]
+    across, down = (np.repeat(slope, size) for slope in images.slopes[some].T)
+    rows = (np.arange(size * slices) + 0.5) / slices - reach - 0.5
+    places = images.first[some, None] + np.arange(size * slices)
+    low, high, rows = (part.reshape(-1, slices).T for part in (images.low[places], images.high[places], rows / radii))
+    borders = np.repeat(((np.arange(size + 1) - reach - 0.5) / radii).T, size, axis=1)[:, None]
+    borders = np.clip(borders, low.copy(), high.copy())
+    lengths = np.diff(borders, axis=0)
+    np.abs(lengths, out=lengths)
+    borders *= across
+    borders += 1.0 + down * rows
+    left, right = borders[:-1], borders[1:]
+    both = left * right
+    both *= both
+    light = left + right
+    light *= lengths
+    light /= both  # twice the integral of stretch^-3
+    light, lengths = (part.sum(axis=1).reshape(size, -1, size).transpose(1, 2, 0).copy() for part in (light, lengths))
+    return light / _sums(light), lengths * np.abs(radii)[:, :, None] / slices
 
 
 @lru_cache(maxsize=16)
@@ -123,26 +187,29 @@ def _outline(pupil: Pupil) -> np.ndarray:
     return outline[:: max(1, len(outline) // OUTLINE_POINTS)]
 
 
-def _in_steps(weights: np.ndarray, inside: np.ndarray, rows: int) -> np.ndarray:
-    """Round the weights inside the image to steps of so many rows, which begin at a different row in each column.
+def _in_steps(weights: np.ndarray, inside: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Round weights (images, n, n) inside the images to steps of rows (images,), which begin at another row in each column.
 
     The sum and the centroid of each column are kept; a column too short for that is not changed.
     """
-    if rows < 2:
-        return weights
-    places = np.indices(weights.shape)
-    row, column = places[0], places[1]
-    offsets = np.floor(rows * np.mod(0.5 * (math.sqrt(5.0) - 1.0) * column, 1.0)).astype(int)
-    steps = _means(weights, inside, ((row + offsets) // rows) * weights.shape[1] + column)
-    mean = _means(weights, inside, column)
-    exact, stepped = ((inside * (part - mean) * row).sum(axis=0) for part in (weights, steps))
+    size = weights.shape[-1]
+    row, column = np.arange(size)[:, None], np.arange(size)
+    step = rows[:, None, None]
+    offsets = np.floor(step * np.mod(0.5 * (math.sqrt(5.0) - 1.0) * column, 1.0)).astype(int)
+    steps = _means(weights, inside, (row + offsets) // step)
+    mean = _means(weights, inside, np.zeros((1, 1, 1), int))
+    exact, stepped = ((inside * (part - mean) * row).sum(axis=1, keepdims=True) for part in (weights, steps))
     long = np.abs(stepped) > 0.5 * np.abs(exact)
     lift = exact / np.where(long, stepped, 1.0)
     return np.where(inside & long, mean + lift * (steps - mean), weights)
 
 
-def _means(weights: np.ndarray, inside: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Mean of the weights inside the image over each group."""
-    count = np.bincount(groups[inside], minlength=groups.max() + 1)
-    total = np.bincount(groups[inside], weights[inside], minlength=groups.max() + 1)
-    return (total / np.maximum(count, 1))[groups]
+def _means(weights: np.ndarray, inside: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Mean of weights (images, n, n) inside the images over each part of each column. parts: number of each weight's part."""
+    images, size, _ = weights.shape
+    count = int(parts.max(initial=0)) + 1
+    groups = (np.arange(images)[:, None, None] * count + parts) * size + np.arange(size)
+    groups = np.broadcast_to(groups, weights.shape)
+    number = np.bincount(groups[inside], minlength=images * count * size)
+    total = np.bincount(groups[inside], weights[inside], minlength=images * count * size)
+    return (total / np.maximum(number, 1))[groups]

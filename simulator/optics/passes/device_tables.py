@@ -74,8 +74,7 @@ class DeviceTables:
         images, places = self._images()
         if clipped:
             return self.zones.images(self._chosen, images, places, self.samples_per_axis, self._area)
-        over, area = self.samples_per_axis, self._area
-        taps = [aperture_taps(self._pupil, image.radius_px, image.slope, over, area) for image in images]
+        taps = aperture_taps(self._pupil, images, self.samples_per_axis, self._area)
         return taps, [image.node for image in images], None
 
     def _of_tiles(self, clipped: bool) -> tuple[dict[str, Buffer], np.ndarray]:

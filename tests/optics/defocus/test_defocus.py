@@ -118,7 +118,7 @@ def test_a_point_shows_the_blades():
 def test_values_or_sums_down_the_columns_give_any_weighted_sum(shape, direct):
     rng = np.random.default_rng(3)
     weights, picture = rng.random(shape), rng.random((20, 20))
-    taps, centre = make_taps(weights, direct=direct), (shape[0] - 1) // 2
+    (taps,), centre = make_taps([weights], direct=direct), (shape[0] - 1) // 2
     sums = np.concatenate([np.zeros((1, 20)), np.cumsum(picture, axis=0)])
     assert taps.direct == bool(direct)
     found = sum(taps.weights * (picture if direct else sums)[10 + taps.rows, 10 + taps.columns])

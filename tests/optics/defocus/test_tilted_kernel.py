@@ -13,6 +13,7 @@ from helpers.scene_builders import band_scene
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.aperture_kernel import make_taps, photosite_weights
+from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.defocus.tilted_kernel import tilted_weights
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Pupil
@@ -20,6 +21,11 @@ from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
+
+
+def image_of(pupil: Pupil, radius: float, slope: tuple[float, float], samples_per_axis: int) -> np.ndarray:
+    """Weights of one image."""
+    return tilted_weights(pupil, np.array([radius]), np.array([slope]), samples_per_axis)[0]
 
 
 def met_by_lines(pupil: Pupil, radius: float, slope: tuple[float, float], half: int) -> np.ndarray:
@@ -38,7 +44,7 @@ def met_by_lines(pupil: Pupil, radius: float, slope: tuple[float, float], half: 
 @pytest.mark.parametrize(("radius", "slope"), [(2.4, (0.12, 0.05)), (-6.3, (0.05, -0.15)), (11.0, (-0.02, 0.2))])
 def test_weights_are_the_share_of_the_lines_that_meet_a_point(pupil, radius, slope):
     """Cell by cell where steps are one row, with the sum and the centre of each column where they are longer."""
-    found = tilted_weights(pupil, radius, slope, 1)
+    found = image_of(pupil, radius, slope, 1)
     half = found.shape[0] // 2
     expected = met_by_lines(pupil, radius, slope, half)
     assert found.sum() == pytest.approx(1.0, abs=1e-12)
@@ -52,12 +58,12 @@ def test_weights_are_the_share_of_the_lines_that_meet_a_point(pupil, radius, slo
 @pytest.mark.parametrize(("radius", "samples_per_axis"), [(9.5, 1), (7.0, 2), (30.0, 1)])
 def test_mirrored_slopes_have_mirrored_weights(radius, samples_per_axis):
     """Of a round pupil; a radius of the other sign turns the image by half a turn. A triangle has its own directions."""
-    first = tilted_weights(Pupil(), radius, (0.06, 0.09), samples_per_axis)
-    assert np.array_equal(tilted_weights(Pupil(), radius, (-0.06, 0.09), samples_per_axis), first[:, ::-1])
-    assert np.array_equal(tilted_weights(Pupil(), radius, (0.06, -0.09), samples_per_axis), first[::-1])
-    assert np.array_equal(tilted_weights(Pupil(), -radius, (0.06, 0.09), samples_per_axis), first[::-1, ::-1])
+    first = image_of(Pupil(), radius, (0.06, 0.09), samples_per_axis)
+    assert np.array_equal(image_of(Pupil(), radius, (-0.06, 0.09), samples_per_axis), first[:, ::-1])
+    assert np.array_equal(image_of(Pupil(), radius, (0.06, -0.09), samples_per_axis), first[::-1])
+    assert np.array_equal(image_of(Pupil(), -radius, (0.06, 0.09), samples_per_axis), first[::-1, ::-1])
     blades = Pupil(3, rotation_deg=20.0)
-    one, other = (tilted_weights(blades, radius, (slope, 0.09), samples_per_axis) for slope in (0.06, -0.06))
+    one, other = (image_of(blades, radius, (slope, 0.09), samples_per_axis) for slope in (0.06, -0.06))
     assert np.abs(other - one[:, ::-1]).max() > 0.1 * one.max()
 
 
@@ -65,15 +71,28 @@ def test_mirrored_slopes_have_mirrored_weights(radius, samples_per_axis):
 def test_without_a_slope_it_is_the_image_of_the_aperture(radius, samples_per_axis):
     flat, tilted = (
         photosite_weights(Pupil(), radius, samples_per_axis),
-        tilted_weights(Pupil(), radius, (0.0, 0.0), samples_per_axis),
+        image_of(Pupil(), radius, (0.0, 0.0), samples_per_axis),
     )
     spare = (tilted.shape[0] - flat.shape[0]) // 2
     assert np.abs(np.pad(flat, spare) - tilted).max() < 4e-3 * flat.max()
 
 
+def test_images_that_are_made_together_have_the_bits_of_each_alone():
+    """Images of one size and of others, whole photosites and parts of samples."""
+    rng = np.random.default_rng(4)
+    radii, slopes = rng.normal(0.0, 6.0, 24), rng.normal(0.0, 0.05, (24, 2))
+    radii[:4] = 0.0, 0.01, -0.3, 0.5
+    for pupil in (Pupil(), Pupil(5, rotation_deg=20.0)):
+        for area, samples_per_axis in ((WHOLE, 1), (PhotositeArea(open_side=0.7), 2), (PhotositeArea(True, 2), 2)):
+            together = tilted_weights(pupil, radii, slopes, samples_per_axis, area)
+            for radius, slope, found in zip(radii, slopes, together, strict=True):
+                (alone,) = tilted_weights(pupil, np.array([radius]), slope[None], samples_per_axis, area)
+                assert np.array_equal(found, alone)
+
+
 def test_a_large_image_needs_few_taps():
     """Weights change from row to row; as steps they take a number of taps that grows with the radius, not with its square."""
-    taps = [len(make_taps(tilted_weights(Pupil(), radius, (0.1, 0.1), 1)).weights) for radius in (10.0, 20.0, 40.0)]
+    taps = [len(make_taps([image_of(Pupil(), radius, (0.1, 0.1), 1)])[0].weights) for radius in (10.0, 20.0, 40.0)]
     assert taps[1] < 2.2 * taps[0] and taps[2] < 2.2 * taps[1]
 
 
