@@ -15,7 +15,7 @@ import numpy as np
 FINEST = 64  # most parts per photosite and axis on which weights of even squares are computed
 RADIUS_IN_PARTS = 24.0  # least blur radius in these parts, if FINEST allows
 PART_OPEN = 2  # factor on both for photosites whose open area ends within parts
-TILTED_IN_PARTS = 1.5  # the same for tilted surfaces, whose weights take longer
+TILTED_IN_PARTS = 12.0  # the same for tilted surfaces
 SQUARE = np.array([1.0, 22.0, 1.0]) / 24.0  # an even square, as three points one side apart with its variance of 1/12
 
 Gather = Callable[[float, int], np.ndarray]
@@ -89,7 +89,11 @@ class PhotositeArea:
             share, reach = abs(radius_px) / least_px, (some.shape[-1] - none.shape[-1]) // 2
             return share * some + (1.0 - share) * _pad(none, reach)
         parts = self.parts(radius_px, samples_per_axis, least_parts)
-        return _add_parts(_blur_by_square(gather(radius_px, samples_per_axis * parts)), samples_per_axis, parts)
+        return self.add_parts(gather(radius_px, samples_per_axis * parts), samples_per_axis, parts)
+
+    def add_parts(self, weights: np.ndarray, samples_per_axis: int, parts: int) -> np.ndarray:
+        """Weights of samples that are even squares, from those of parts x parts of each that are values, (..., n, n)."""
+        return _add_parts(_blur_by_square(weights), samples_per_axis, parts)
 
 
 WHOLE = PhotositeArea()

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from simulator.optics.defocus.photosite_area import TILTED_IN_PARTS, WHOLE, PhotositeArea
+from simulator.optics.defocus.photosite_area import FINEST, TILTED_IN_PARTS, WHOLE, PhotositeArea
 from simulator.optics.pupil.pupil import Pupil
 
 OUTLINE_POINTS = 1024  # vertices of the pupil's outline: a polygon within 1e-5 of its radius
@@ -19,6 +19,9 @@ SLICES = 256  # rows into which the image's radius is cut
 MOST_SLICES = 64  # largest number of them in one sample
 AT_ONCE = 2**17  # cells in slices that are computed together: about as many numbers as a core's own cache holds
 STEP = 0.15  # largest relative change of the weight within one step down a column
+STEPPED_PX = 4.0  # blur radius from which weights are rounded to steps [samples]
+RADII = 5  # in a photosite for which images are made, on either side of the focus
+NO_WEIGHT = 1e-13  # share of the largest weight that transforms leave of none
 
 
 def tilted_weights(
@@ -49,24 +52,52 @@ def _weights(
         return _gathered(pupil, radii_px, slopes, samples_per_axis, area)
 
     def weights(radius_px: float, slope: np.ndarray) -> np.ndarray:
+        if abs(radius_px) * samples_per_axis < STEPPED_PX:
+            return _weights_of_squares(pupil, radius_px, slope, samples_per_axis, area)
+
         def gather(radius_px: float, samples: int) -> np.ndarray:
             return _gathered(pupil, np.array([radius_px]), slope[None], samples, area)[0]
 
-        return area.weights(gather, radius_px, samples_per_axis, TILTED_IN_PARTS)
+        return area.weights(gather, radius_px, samples_per_axis, least_parts=0.0)
 
     return [weights(*one) for one in zip(radii_px.tolist(), slopes, strict=True)]
+
+
+def _weights_of_squares(
+    pupil: Pupil, radius_px: float, slope: np.ndarray, samples_per_axis: int, area: PhotositeArea
+) -> np.ndarray:
+    """`tilted_weights` of even squares behind small circles, without steps: of their parts, at a few radii.
+
+    Between these the images are linear, and between the focus and one part: light crosses borders in proportion to the radius.
+    """
+    parts = area.parts(max(abs(radius_px), 1.0 / FINEST), samples_per_axis, TILTED_IN_PARTS)
+    samples = samples_per_axis * parts
+    shares, radii = area.shares(samples), _radii_of_samples(np.array([radius_px]), slope[None], samples)[0]
+    least, greatest = float(radii.min()), float(radii.max())
+    before, behind = (
+        np.linspace(max(end, 1.0), max(other, 1.0), RADII) for end, other in ((-least, -greatest), (least, greatest))
+    )
+    nodes = np.unique(np.concatenate([-before, np.zeros(1), behind, -np.ones(1), np.ones(1)]))
+    near = [np.interp(radii, nodes, np.arange(len(nodes)) == number) for number in range(len(nodes))]
+    used = [number for number, weights in enumerate(near) if weights.any()]
+    slopes = np.repeat(slope[None], len(used), axis=0)
+    reach = int(_reaches(pupil, np.array([[[max(-least, greatest, 1.0)]]]), slope[None])[0])
+    images, _ = _cells(_Images.cut(pupil, nodes[used], slopes, np.full(len(used), reach)), np.arange(len(used)), reach)
+    size, transformed = 2 * reach + samples, np.zeros(1, np.complex128)
+    for image, number in zip(images, used, strict=True):
+        own = near[number] * np.outer(shares, shares)
+        transformed = transformed + np.fft.rfft2(image, (size, size)) * np.fft.rfft2(own, (size, size))
+    spread = np.fft.irfft2(transformed, (size, size))
+    spread[spread < NO_WEIGHT * spread.max()] = 0.0
+    return area.add_parts(spread / spread.sum(), samples_per_axis, parts)
 
 
 def _gathered(
     pupil: Pupil, radii_px: np.ndarray, slopes: np.ndarray, samples_per_axis: int, area: PhotositeArea
 ) -> list[np.ndarray]:
     """`tilted_weights` of samples that are values."""
-    corner, shares = pupil.corner_radius, area.shares(samples_per_axis)
-    across, down = slopes.T[:, :, None, None]
-    places = np.arange(samples_per_axis) - 0.5 * (samples_per_axis - 1)
-    radii = samples_per_axis * radii_px[:, None, None] + across * places + down * places[:, None]
-    farthest = np.abs(radii).max(axis=(1, 2)) * corner / (1.0 - np.hypot(*slopes.T) * corner)
-    reaches = np.maximum(np.ceil(farthest - 0.5), 0.0).astype(int)
+    shares, radii = area.shares(samples_per_axis), _radii_of_samples(radii_px, slopes, samples_per_axis)
+    reaches = _reaches(pupil, radii, slopes)
     samples = list(np.ndindex(samples_per_axis, samples_per_axis))
     images = [_Images.cut(pupil, radii[:, *sample], slopes, reaches) for sample in samples]
     steepest = np.maximum(3.0 * np.abs(slopes[:, 1]), 1e-9)
@@ -87,6 +118,20 @@ def _gathered(
         for place, image in zip(some.tolist(), spread, strict=True):
             weights[place] = image
     return weights
+
+
+def _radii_of_samples(radii_px: np.ndarray, slopes: np.ndarray, samples_per_axis: int) -> np.ndarray:
+    """Signed radii at the samples of a photosite, (images, n, n) [samples]."""
+    across, down = slopes.T[:, :, None, None]
+    places = np.arange(samples_per_axis) - 0.5 * (samples_per_axis - 1)
+    return np.asarray(samples_per_axis * radii_px[:, None, None] + across * places + down * places[:, None])
+
+
+def _reaches(pupil: Pupil, radii: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Samples beside their own that images of these radii (images, n, n) reach on either side, (images,)."""
+    corner = pupil.corner_radius
+    farthest = np.abs(radii).max(axis=(1, 2)) * corner / (1.0 - np.hypot(*slopes.T) * corner)
+    return np.maximum(np.ceil(farthest - 0.5), 0.0).astype(int)
 
 
 def _sums(images: np.ndarray) -> np.ndarray:

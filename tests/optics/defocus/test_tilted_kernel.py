@@ -10,6 +10,7 @@ from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import blurred_case
 from helpers.lens_truths import Case, slanted_plane
 from helpers.scene_builders import band_scene
+from scipy.stats import qmc
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.aperture_kernel import make_taps, photosite_weights
@@ -88,6 +89,26 @@ def test_images_that_are_made_together_have_the_bits_of_each_alone():
             for radius, slope, found in zip(radii, slopes, together, strict=True):
                 (alone,) = tilted_weights(pupil, np.array([radius]), slope[None], samples_per_axis, area)
                 assert np.array_equal(found, alone)
+
+
+@pytest.mark.parametrize(
+    ("radius", "slope"), [(0.0, (0.05, 0.03)), (0.376, (0.003, 0.013)), (0.376, (0.15, 0.1)), (0.9, (0.05, 0.03))]
+)
+@pytest.mark.parametrize("samples_per_axis", [2, 4])
+def test_even_squares_have_the_share_of_lines_from_all_of_the_photosite(radius, slope, samples_per_axis):
+    """Random greys, to a thousandth of their range, by 2^18 lines, each with the radius at its place."""
+    draws, size = qmc.Sobol(4, seed=1).random(2**18), 8 * samples_per_axis
+    place = draws[:, :2] - 0.5
+    pupil = np.stack(Pupil().map_unit_square(draws[:, 2], draws[:, 3]), axis=-1)
+    met = place + (radius + place @ slope)[:, None] * pupil / (1.0 - pupil @ slope)[:, None]
+    cells = np.floor((met + 4.0) * samples_per_axis).astype(int)
+    expected = np.bincount(cells[:, 1] * size + cells[:, 0], minlength=size**2) / len(draws)
+    (found,) = tilted_weights(
+        Pupil(), np.array([radius]), np.array([slope]), samples_per_axis, PhotositeArea(True, samples_per_axis)
+    )
+    greys = np.random.default_rng(0).random((1000, size, size))
+    missed = greys * (np.pad(found, (size - len(found)) // 2) - expected.reshape(size, size))
+    assert np.abs(missed.sum(axis=(1, 2))).max() < 1e-3
 
 
 def test_a_large_image_needs_few_taps():
