@@ -3,7 +3,8 @@
 Light is a sum over the layers of what each lets through of the light behind it: (1 - coverage) times light. Means of a product
 differ from the product of means by a covariance, which is at most the product of both standard deviations (Cauchy and Schwarz'
 inequality): over a sample, at each point of the aperture, of both within a sample, of which the mean over the aperture is at
-most the root of the product of their mean variances. The light behind a layer is that of all layers behind it.
+most the root of the product of their mean variances, and at most the largest deviation of the one times the mean of the other,
+which is less around lamps. The light behind a layer is that of all layers behind it.
 
 Sums over n points that lie evenly in a circle miss what varies within the share of the circle that each has, sqrt(pi / n) radii
 wide, as stratified samples do (Cochran, Sampling Techniques, chapter 5). At borders the variance within a square grows with its
@@ -49,6 +50,7 @@ def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Def
     samples = int(own.samples_per_axis(smallest, np.array([max(circles_px)]))[0])
     beside_px = 1.0 if samples > 1 else 0.0  # points are places in the photosite, too
     over_points = over_samples = np.zeros(behind[0].shape)
+    photosite, sample = _width(1.0, scale), _width(MIXED_SAMPLES / samples, scale)
     for number, (_, coverage) in enumerate(layers[:-1]):
         if coverage is None:
             break
@@ -57,24 +59,31 @@ def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Def
         widths = [_width(math.sqrt(math.pi) * radius_px + beside_px, scale) for radius_px in radii_px]
         wide = [_variance(values, width) for values, width in zip(pair, widths, strict=True)]
         fine = [
-            (radius_px + SPREAD * beside_px) * min(scale, 1.0) * _mean_variance(values, 1.0, width, scale)
+            (radius_px + SPREAD * beside_px) * min(scale, 1.0) * _mean_above_0(_variance(values, photosite), width)
             for values, radius_px, width in zip(pair, radii_px, widths, strict=True)
         ]
         over_points = over_points + FULL * np.sqrt(fine[0] * wide[1] + wide[0] * fine[1])
-        side_px = MIXED_SAMPLES / samples
-        mixed = [_mean_variance(values, side_px, width, scale) for values, width in zip(pair, widths, strict=True)]
-        over_samples = over_samples + FULL * np.sqrt(mixed[0] * mixed[1])
+        squares = [_variance(values, sample) for values in pair]
+        over_samples = over_samples + FULL * _mean_product(squares[0], widths[0], squares[1], widths[1])
     return LayerContrast(over_points, over_samples)
+
+
+def _mean_product(cover_2: np.ndarray, cover_px: int, light_2: np.ndarray, light_px: int) -> np.ndarray:
+    """Largest mean product of two deviations within squares of so many pixels, from their squares (rows, columns, channels)."""
+    from scipy.ndimage import maximum_filter
+
+    cover, light = np.sqrt(cover_2), np.sqrt(light_2)
+    root_mean = np.sqrt(_mean_above_0(cover_2, cover_px) * _mean_above_0(light_2, light_px))
+    most_cover, most_light = (
+        maximum_filter(one, (width, width, 1), mode="nearest") for one, width in ((cover, cover_px), (light, light_px))
+    )
+    least = np.minimum(root_mean, most_cover * _mean_above_0(light, light_px))
+    return np.minimum(least, most_light * _mean_above_0(cover, cover_px))
 
 
 def _width(side_px: float, scale: float) -> int:
     """Pixels that a square of this side [photosites] touches at most along an axis; 1: it is a point."""
     return 1 if side_px == 0.0 else math.ceil(side_px * scale) + 1
-
-
-def _mean_variance(values: np.ndarray, side_px: float, width: int, scale: float) -> np.ndarray:
-    """Mean over squares of so many pixels of the variance over squares of this side [photosites], at least 0."""
-    return np.maximum(_mean(_variance(values, _width(side_px, scale)), width), 0.0)
 
 
 def _mean(values: np.ndarray, width: int) -> np.ndarray:
@@ -84,6 +93,11 @@ def _mean(values: np.ndarray, width: int) -> np.ndarray:
     for axis in (0, 1):
         values = uniform_filter1d(values, width, axis=axis, mode="nearest")
     return values
+
+
+def _mean_above_0(values: np.ndarray, width: int) -> np.ndarray:
+    """The same of values from 0 on, which rounding leaves below 0."""
+    return np.maximum(_mean(values, width), 0.0)
 
 
 def _variance(values: np.ndarray, width: int) -> np.ndarray:

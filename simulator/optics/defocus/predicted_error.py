@@ -139,7 +139,10 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         points_left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=points < MOST_OF_ALL)
     if len(radii) > 1:
-        add("layers with circles as small as the samples", contrast.within * _small_circles(own), RAYS)
+        small = _small_circles(own)
+        add("layers with circles as small as the samples", contrast.within * small, RAYS)
+        hidden = contrast.lamps_mixed * points_error(points, finest) + contrast.lamps_within * small
+        add("lamps that layers hide", hidden, RAYS)
     if own.eyes is not None:
         side_px = own.eyes.zone_px
         moved = zone_error(own.eyes.movement(side_px))
@@ -201,7 +204,13 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
         points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
         left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
-        add("layers with circles as small as the samples", contrast.within * _small_circles(own), LAYERED)
+        small = _small_circles(own)
+        add("layers with circles as small as the samples", contrast.within * small, LAYERED)
+        add(
+            "lamps that layers hide",
+            contrast.lamps_mixed * points_error(points, finest) + contrast.lamps_within * small,
+            LAYERED,
+        )
     if contrast.has_steps and not defocus.guessed:
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
         add("means of slabs of radius that hide each other", range_ * MOST_COVARIANCE, LAYERED)

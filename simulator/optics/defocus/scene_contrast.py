@@ -41,6 +41,8 @@ class SceneContrast:
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
     mixed: `layer_contrast.LayerContrast` of several layers over points, lamps left out; 0: there is one layer, or even
         light behind it: the first one's own light is a mean, whatever is behind. within: the same over samples.
+    lamps_mixed, lamps_within: the same with lamps, in the noise of the light without them, where pixels are wider than
+        photosites: edges, which end over a pixel, leave light of lamps that they hide; 0: there are none.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
@@ -64,6 +66,8 @@ class SceneContrast:
     around_lamps: float = 1.0
     within: float = 1.0
     few: float = 0.0
+    lamps_mixed: float = 0.0
+    lamps_within: float = 0.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -79,7 +83,7 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
-    mixed, within, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0, 0.0)
+    ranges = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else {}
     is_exact = defocus.accuracy.detail or abs(defocus.scale - 1.0) < 1e-6
     ends = 0.0 if is_exact else _penumbra_ends(scene, to_share, defocus, curvature)
     behind = _behind_edges(scene, to_share, defocus) if has_steps and defocus.guessed else 0.0
@@ -90,11 +94,13 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
         behind,
         has_steps,
         texture,
-        mixed,
-        around,
+        mixed=ranges.get("mixed", 0.0),
+        around=ranges.get("around", 0.0),
         ends=ends,
         around_lamps=around_lamps,
-        within=within,
+        within=ranges.get("within", 0.0),
+        lamps_mixed=ranges.get("lamps_mixed", 0.0),
+        lamps_within=ranges.get("lamps_within", 0.0),
     )
 
 
@@ -215,8 +221,8 @@ def sharp_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     return SceneContrast(curvature=max(every), flattened=flattened, few=few)
 
 
-def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float, float]:
-    """Return `SceneContrast.mixed`, `within` and `around`: quantiles MOST, by the noise of the light's mean.
+def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, float]:
+    """Return fields of `SceneContrast` that depend on blur circles: quantiles MOST, by the noise of the light's mean.
 
     The mean is that within the smallest circle. Layers are composited at rest.
     """
@@ -241,15 +247,21 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float
     def most_seen(contrast: np.ndarray) -> float:
         return float(np.quantile(_seen(contrast, mean, defocus.accuracy), MOST))
 
-    mixed = within = around = 0.0
+    found = dict[str, float]()
     if scene.behind:
-        behind = [light, *(_composite(layers[number:]) for number in range(1, len(layers)))]
-        found = layer_contrast(layers, behind, defocus, defocus.scale / step)
-        mixed, within = most_seen(found.over_points), most_seen(found.over_samples)
+        behind = [_composite(layers[number:]) for number in range(len(layers))]
+        own = layer_contrast(layers, behind, defocus, defocus.scale / step)
+        found |= {"mixed": most_seen(own.over_points), "within": most_seen(own.over_samples)}
+        lit = [(layer.planes[::step, ::step] @ to_share, cover) for layer, (_, cover) in zip(scene.layers, layers, strict=True)]
+        if defocus.scale < 1.0 - 1e-6 and max(float(own.max()) for own, _ in lit[1:]) > LAMP:
+            behind = [_composite(lit[number:]) for number in range(len(lit))]
+            lamps = layer_contrast(lit, behind, defocus, defocus.scale / step)
+            found |= {"lamps_mixed": most_seen(lamps.over_points), "lamps_within": most_seen(lamps.over_samples)}
     if defocus.maps:
         wide = width_of(defocus.largest_px)
-        around = most_seen(np.asarray(maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1))))
-    return mixed, within, around
+        range_ = np.asarray(maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1)))
+        found["around"] = most_seen(range_)
+    return found
 
 
 def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> float:
