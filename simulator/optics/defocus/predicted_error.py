@@ -4,6 +4,8 @@ The prediction is the sum of named terms, one for each cause. It shall not lie b
 that bound 99 % of them, by which methods are chosen, are stated with the factor between the two that was measured.
 """
 
+import math
+
 import numpy as np
 
 from simulator.optics.defocus.accuracy import (
@@ -25,7 +27,7 @@ from simulator.optics.defocus.accuracy import (
 )
 from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
-from simulator.optics.defocus.edge_laws import nodes_error
+from simulator.optics.defocus.edge_laws import nodes_error, nodes_of_squares
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms, most_samples_per_axis
 from simulator.optics.defocus.lamp_laws import (
@@ -48,7 +50,6 @@ MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
 # Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
 OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
-OF_NODES = 1e-3  # error of surfaces of many radii in a fine scene, in the range of light: the audit's seed 31, shot 29
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
@@ -95,17 +96,22 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
-            grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale) if alone else max(squares, grid)
+            if squares > 0.0 and len(defocus.radii_px) == 1:  # else edges of layers count, whatever their light is
+                squares = float(square_error(smallest, finest, defocus.scale, accuracy.detail)[0])
+            grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, grid) if alone else max(squares, grid)
         most = most_samples_per_axis(own, smallest)
         add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
-    if is_sloped:
+    if contrast.bent > 0.0:
+        add("surfaces that bend within blur circles", contrast.bent, RAYS)
+    widest = np.array([own.largest_px])
+    if is_sloped and not (len(defocus.radii_px) == 1 and own.gathers_scene(widest, widest).any()):  # which take each radius
         add(
             f"slopes in steps of {accuracy.slope_step:.2g}",
             contrast.around * slope_error(accuracy.slope_step),
             TIGHTER,
             falls=True,
         )
-        left = OF_NODES * contrast.around
+        left = nodes_of_squares(own, contrast.around, contrast.curvature)
         if not accuracy.detail:
             left = nodes_error(min(blurred), own.largest_px, contrast.around, contrast.curvature)
         add("images of the aperture between radii that are tabulated", left, RAYS)
@@ -142,7 +148,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         small = _small_circles(own)
         add("layers with circles as small as the samples", contrast.within * small, RAYS)
         hidden = contrast.lamps_mixed * points_error(points, finest) + contrast.lamps_within * small
-        add("lamps that layers hide", hidden, RAYS)
+        if hidden > 0.0:
+            add("lamps that layers hide", hidden, RAYS)
     if own.eyes is not None:
         side_px = own.eyes.zone_px
         moved = zone_error(own.eyes.movement(side_px))
@@ -169,17 +176,17 @@ def ray_terms(defocus: Defocus) -> list[ErrorTerm]:
     return [ErrorTerm(BLUR, cause, accuracy.in_sigma(left), EVEN_SCENE)]
 
 
-def squares_left(accuracy: Accuracy, radius_px: float, samples_per_axis: int, scale: float) -> float:
+def squares_left(accuracy: Accuracy, radius_px: float, samples_per_axis: int, scale: float, waves: float = math.inf) -> float:
     """Error of samples of a fine scene that 99.9 % of the photosites keep below, as a share of the brightest light.
 
-    The larger one of what random squares leave, of which the law states what 99 % keep, and of what waves and edges leave at
-    most. Of circles that lie inside a sample it is at least that of no blur.
+    The larger one of what random squares leave, of which the law states what 99 % keep, and of what waves and edges leave: at
+    most `grid_error`, or that of the scene's own, `waves`. Of circles that lie inside a sample it is at least that of no blur.
     """
     radius = np.array(radius_px)
     if float(accuracy.sampling_error(radius, samples_per_axis, scale)) == 0.0:
         return 0.0
     squares = OF_SQUARES * float(square_error(radius, samples_per_axis, scale, accuracy.detail))
-    own = max(squares, grid_error(radius_px, samples_per_axis, scale))
+    own = max(squares, min(grid_error(radius_px, samples_per_axis, scale), waves))
     if radius_px * samples_per_axis > 0.5:
         return own
     return max(own, OF_CROSSING * crossing_error(radius_px, accuracy.detail))

@@ -7,6 +7,7 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy, grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
@@ -43,6 +44,7 @@ class SceneContrast:
         light behind it: the first one's own light is a mean, whatever is behind. within: the same over samples.
     lamps_mixed, lamps_within: the same with lamps, in the noise of the light without them, where pixels are wider than
         photosites: edges, which end over a pixel, leave light of lamps that they hide; 0: there are none.
+    bent: `bent_surfaces.bent_error` of surfaces without steps, that of lamps left out.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
@@ -68,6 +70,7 @@ class SceneContrast:
     few: float = 0.0
     lamps_mixed: float = 0.0
     lamps_within: float = 0.0
+    bent: float = 0.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -101,6 +104,7 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
         within=ranges.get("within", 0.0),
         lamps_mixed=ranges.get("lamps_mixed", 0.0),
         lamps_within=ranges.get("lamps_within", 0.0),
+        bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
     )
 
 
@@ -274,15 +278,30 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
     if radius_px <= defocus.copied_px or curvature * twice_blurred_share(radius_px, defocus.scale) <= bound:
         return 0.0
     weights, found = disk_weights(min(radius_px, WIDEST_END_PX)), []
-    side = max(math.ceil(PART_PX * defocus.scale), 2)
+    for place in _parts(scene, defocus.scale):
+        light = _composite([_at(layer, place, to_share) for layer in scene.layers])
+        found.append(_bends_behind(light, weights, defocus).ravel())
+    return float(np.quantile(np.concatenate(found), MOST))
+
+
+def _parts(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
+    """Return squares of PART_PX photosites of a scene, all of a small one."""
+    side = max(math.ceil(PART_PX * scale), 2)
     tops, lefts = (
         np.unique(np.linspace(0, max(length - side, 0), PARTS).astype(int)).tolist() for length in scene.planes.shape[:2]
     )
-    for top in tops:
-        for left in lefts:
-            place = slice(top, top + side), slice(left, left + side)
-            light = _composite([_at(layer, place, to_share) for layer in scene.layers])
-            found.append(_bends_behind(light, weights, defocus).ravel())
+    return [(slice(top, top + side), slice(left, left + side)) for top in tops for left in lefts]
+
+
+def _bent(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+    """Return `SceneContrast.bent`: its quantile MOST, of each layer in its own light. Of a large scene parts are looked at."""
+    is_moved, found = bool(defocus.gathers_scene(np.zeros(1), np.zeros(1)).any()), [np.zeros(1)]
+    for layer, radius in zip(scene.layers, defocus.radii_px, strict=False):
+        if isinstance(radius, np.ndarray):
+            for place in _parts(scene, defocus.scale):
+                light, _ = _at(layer, place, to_share)
+                own = bent_error(light, radius[place], defocus.scale, defocus.accuracy, is_moved=is_moved)
+                found.append(own.ravel())
     return float(np.quantile(np.concatenate(found), MOST))
 
 

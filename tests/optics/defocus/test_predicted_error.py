@@ -24,6 +24,8 @@ from simulator.optics.defocus.accuracy import Accuracy, grid_error, hidden_error
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.lamp_laws import rim_error, spot_error
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error, squares_left
+from simulator.optics.defocus.square_kernel import disk_square_weights
+from simulator.optics.lens.distortion import Distortion
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
@@ -86,7 +88,7 @@ def test_it_is_small_where_the_scene_is_smooth():
     usual = dataclasses.replace(planned.optics.defocus.accuracy, electrons=2000.0, read_noise_e=2.0)
     defocus = dataclasses.replace(planned.optics.defocus, accuracy=usual)
     terms = error_terms(defocus, planned.optics.contrast)
-    assert sum(term.sigma for term in terms) < 0.07 and len(terms) == 4
+    assert sum(term.sigma for term in terms) < 0.07 and len(terms) == 5
     assert statistics(np.array([term.sigma for term in error_terms(defocus)])).p99 > 0.5  # with the most contrast
 
 
@@ -280,6 +282,35 @@ def test_circles_between_tabulated_radii_keep_to_their_law(middle_px, share, dev
     z = np.abs(z_scores_of_noise(run(planned, shot, device), truth, planned))
     stated = sum(term.sigma for term in planned.error_budget.terms if "radii that are" in term.cause or "slopes" in term.cause)
     assert np.quantile(z, 0.999) <= stated
+
+
+@pytest.mark.parametrize(("scale", "middle_px"), [(4, 0.3), (2, 0.56), (2, 2.3), (4, 2.25)])
+def test_circles_between_tabulated_radii_of_squares_keep_to_their_law(scale, middle_px, device):
+    """Random squares of a hardly tilted surface, black and white, by the exact weights of each photosite's own circle."""
+    side = 32
+    columns = (np.arange(side * scale) + 0.5) / (side * scale)
+    picture = np.where(np.random.default_rng(4).random((side * scale, side * scale)) < 0.5, 1.0, 0.02)
+    scene = band_scene(picture, np.asarray(depth_of(np.tile(middle_px + 0.04 * (columns - 0.5), (side * scale, 1)))))
+    shot = Shot(scene, LENS, Exposure(0.001), small_camera(side, side))
+    planned = measure(plan(shot), device)
+    truth, middles = np.zeros((side, side)), scale * np.arange(side) + scale // 2
+    for column in range(side):
+        radius_px = middle_px + 0.04 * ((column + 0.5) / side - 0.5)
+        weights = disk_square_weights(radius_px, scale)
+        beside = (len(weights) - scale) // 2
+        seen = np.pad(picture, beside, "edge")[:, scale * column : scale * column + len(weights)]
+        truth[:, column] = [(seen[top : top + len(weights)] * weights).sum() for top in middles - scale // 2]
+    z = np.abs(z_scores_of_noise(run(planned, shot, device), planned.optics.accuracy.electrons * truth, planned))
+    stated = planned.error_budget.predicted_sigma
+    assert 0.05 * stated < np.quantile(z, 0.999) <= stated
+
+
+def test_even_light_is_sampled_without_error():
+    """Two pixels to a photosite, which samples do not divide behind a lens that distorts."""
+    lens = dataclasses.replace(LENS, distortion=Distortion(k1=0.05))
+    scenes = [band_scene(light, float(depth_of(1.5))) for light in (np.full((48, 48), 0.5), np.indices((48, 48)).sum(0) % 2)]
+    even, noisy = (plan(Shot(scene, lens, Exposure(0.001), small_camera(24, 24))) for scene in scenes)
+    assert even.error_budget.predicted_sigma == 0.0 < noisy.error_budget.predicted_sigma
 
 
 def test_layers_composited_before_light_between_their_pixels_have_a_term(device):

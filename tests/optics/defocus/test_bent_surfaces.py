@@ -1,0 +1,70 @@
+"""What means miss of surfaces that bend within blur circles: nothing of planes, and less than is stated of waves."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.bent_surfaces import bent_error
+from simulator.optics.pupil.pupil import Pupil
+
+SCALE, SIDE = 4, 24  # pixels per photosite, photosites
+BRIGHT = Accuracy(electrons=1e6, read_noise_e=0.0)
+
+
+def light_at(place: np.ndarray) -> np.ndarray:
+    """Waves of 5 and 7 photosites; place (2, ...)."""
+    return 0.5 + 0.2 * np.sin(2.0 * np.pi * place[0] / 5.0 + 1.0) + 0.2 * np.cos(2.0 * np.pi * (place[0] + place[1]) / 7.0)
+
+
+def radius_at(place: np.ndarray, wave_px: float) -> np.ndarray:
+    return 1.5 + 0.05 * place[1] + wave_px * np.sin(2.0 * np.pi * (place[0] + 0.5 * place[1]) / 6.0)
+
+
+def means(wave_px: float, kind: str) -> np.ndarray:
+    """Light of photosites (side, side) by rays that meet the surface, its tangent planes, or an upright image that is moved."""
+    y, x = np.mgrid[:SIDE, :SIDE] + 0.5
+    draws, found = qmc.Sobol(4, seed=1).random(128), np.zeros((SIDE, SIDE))
+    step = 1.0
+    slope = [
+        0.5 * (radius_at(np.stack([y + dy, x + dx]), wave_px) - radius_at(np.stack([y - dy, x - dx]), wave_px))
+        for dy, dx in ((step, 0.0), (0.0, step))
+    ]
+    for down, right, *pupil in draws:
+        u_x, u_y = Pupil().map_unit_square(*pupil)
+        own = np.stack([y, x])
+        if kind == "surface":
+            own = own + np.array([down, right])[:, None, None] - 0.5
+            met = own
+            for _ in range(12):
+                met = own + radius_at(met, wave_px) * np.array([u_y, u_x])[:, None, None]
+            found += light_at(met)
+            continue
+        turned, size = slope[0] * u_y + slope[1] * u_x, radius_at(own, wave_px)
+        size = size + slope[0] * (down - 0.5) + slope[1] * (right - 0.5)
+        own = own + np.array([down, right])[:, None, None] - 0.5
+        if kind == "plane":
+            found += light_at(own + size / (1.0 - turned) * np.array([u_y, u_x])[:, None, None])
+        else:
+            found += light_at(own + size * (np.array([u_y, u_x])[:, None, None] + 0.25 * np.stack(slope)))
+    return found / len(draws)
+
+
+def stated(wave_px: float, *, is_moved: bool) -> np.ndarray:
+    """At the photosites' middles."""
+    pixels = (np.mgrid[: SIDE * SCALE, : SIDE * SCALE] + 0.5) / SCALE
+    error = bent_error(light_at(pixels)[..., None], radius_at(pixels, wave_px), SCALE, BRIGHT, is_moved=is_moved)[..., 0]
+    light = light_at(pixels)  # in whose noise it is
+    return (error * np.sqrt(np.maximum(light, 1e-6)))[SCALE // 2 :: SCALE, SCALE // 2 :: SCALE]
+
+
+@pytest.mark.parametrize(("kind", "wave_px"), [("plane", 0.1), ("moved", 0.1), ("moved", 0.0)])
+def test_means_of_planes_keep_to_what_is_stated(kind: str, wave_px: float) -> None:
+    inside = slice(4, -4), slice(4, -4)
+    missed = np.abs(means(wave_px, kind) - means(wave_px, "surface"))[inside]
+    bound = stated(wave_px, is_moved=kind == "moved")[inside]
+    assert np.mean(missed <= 1.1 * bound + 1e-4) > 0.99 and missed.max() > 0.1 * bound.max()
+
+
+def test_planes_bend_nowhere() -> None:
+    assert stated(0.0, is_moved=False).max() < 1e-9 < 1e-3 < stated(0.0, is_moved=True).max()
