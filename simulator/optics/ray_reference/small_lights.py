@@ -14,10 +14,12 @@ import numpy as np
 from simulator.optics.defocus.aperture_kernel import aperture_weights, disk_shares
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.defocus.highlights import radius_slopes
+from simulator.optics.defocus.lamp_images import square_image
 from simulator.optics.pupil.pupil import Pupil
 from simulator.sensor.camera.camera import Window
 
 SMALLEST_PX = 0.5  # blur radius from which a cell can be a light [photosites]
+TINY_PX = 0.05  # blur radius up to which so few rays cross borders of photosites that a set may have none [photosites]
 LEAST_OPEN = 1e-6  # share of the pupil below which a photosite counts as dark
 SPAN_ROWS = 2048  # rows of the table of the pupil's shape
 MOST_FINE = 400.0  # largest radius of an image of the pupil from which shares are made [cells]
@@ -47,16 +49,19 @@ class SmallLights:
 
 
 def take_lights(
-    colour: np.ndarray, radius_px: np.ndarray, limit: np.ndarray, mean: np.ndarray, oversampling: int
+    colour: np.ndarray, radius_px: np.ndarray, limit: np.ndarray, mean: np.ndarray, oversampling: int, *, is_round: bool
 ) -> SmallLights:
     """Take the radiance of cells above a limit out of the grid, in place, down to a mean.
 
     colour: (layers, channels, rows, columns) radiance. radius_px: (layers, rows, columns) signed blur radius [photosites].
-    limit, mean: (channels,). A cell whose blur circle is small stays, because many rays meet it.
+    limit, mean: (channels,). is_round: whether the pupil is. A cell whose blur circle is small stays, because many rays meet
+    it, unless it is so small that hardly any of them crosses a border of a photosite, and the pupil is round.
     """
-    parts = []
+    parts, tiny_px = [], TINY_PX if is_round and oversampling > 1 else 0.0
     for layer, (light, radius) in enumerate(zip(colour, radius_px, strict=True)):
-        bright = np.logical_or.reduce(light > limit[:, None, None], axis=0) & (np.abs(radius) > SMALLEST_PX)
+        size = np.abs(radius)
+        bright = np.logical_or.reduce(light > limit[:, None, None], axis=0)
+        bright &= (size > SMALLEST_PX) | ((size > 0.0) & (size <= tiny_px))
         rows, columns = np.nonzero(bright)
         excess = np.maximum(light[:, rows, columns] - mean[:, None], 0.0).astype(np.float64)
         light[:, rows, columns] -= excess.astype(np.float32)
@@ -93,6 +98,11 @@ def cell_shares(pupil: Pupil, radius_px: float, oversampling: int) -> tuple[np.n
 
 def _round_shares(radius_px: float, oversampling: int) -> tuple[np.ndarray, int]:
     """`cell_shares` of a round pupil."""
+    if radius_px <= TINY_PX:
+        reach = math.ceil(radius_px * oversampling) + 1
+        cells = np.arange(-reach, reach + oversampling)
+        apart = (cells + 0.5) / oversampling - 0.5
+        return square_image(radius_px, 1.0 / oversampling, 1.0, apart, apart), int(cells[0])
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     reach = math.ceil(radius_px * oversampling) + 1
     cells = np.arange(-reach, reach + oversampling)

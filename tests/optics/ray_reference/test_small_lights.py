@@ -11,7 +11,7 @@ from helpers.lens_truths import Case, square_light
 from scipy.stats import qmc
 
 from simulator.optics.pupil.pupil import Pupil
-from simulator.optics.ray_reference.small_lights import cell_shares
+from simulator.optics.ray_reference.small_lights import cell_shares, take_lights
 
 ROWS, COLUMNS, MARGIN, OVER = 38, 46, 13, 4
 EDGE, LIGHT = 22, (19 * OVER + 1, 25 * OVER + 2)  # of the near half-plane [photosites]; cell of the light
@@ -94,3 +94,20 @@ def test_shares_are_the_areas_of_the_pupils_image_in_cells(pupil, radius, oversa
     expected = counted / (np.pi * (radius * oversampling) ** 2)
     assert np.isclose(shares.sum(), 1.0, atol=1e-6)
     assert np.abs(shares - expected).max() < 0.02 * shares.max() + 0.002 * expected.max()
+
+
+@pytest.mark.parametrize("radius", [1e-4, 0.003, -0.04])
+def test_circles_that_hardly_cross_borders_have_exact_shares(radius):
+    """A photosite sees beyond each border by the mean of |x| over half of a disk, 2 / (3 pi) radii."""
+    shares, offset = cell_shares(Pupil(), radius, 8)
+    assert shares.sum() == pytest.approx(1.0, abs=1e-9)
+    assert shares[:, :-offset].sum() == pytest.approx(2.0 / (3.0 * np.pi) * abs(radius), rel=1e-6)
+
+
+def test_lights_in_tiny_circles_are_taken_of_round_pupils():
+    """Of others, and in circles that many rays cross borders through, they stay."""
+    colour, limit = np.zeros((1, 1, 9, 9), np.float32), np.ones(1, np.float32)
+    colour[0, 0, 4, 4] = 1e6
+    for radius_px, is_round, taken in ((0.01, True, 1), (0.01, False, 0), (0.3, True, 0), (0.0, True, 0), (0.7, False, 1)):
+        radii = np.full((1, 9, 9), radius_px, np.float32)
+        assert len(take_lights(colour.copy(), radii, limit, limit, 4, is_round=is_round).rows) == taken
