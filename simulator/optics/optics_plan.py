@@ -421,6 +421,11 @@ class OpticsPlan:
         """Whether the optics run at several places of the scene, whose pixels samples then do not divide."""
         return any(motion is not None and motion.method == "instants" for motion in (self.motion, self.flash_motion))
 
+    @property
+    def reads_pixels(self) -> bool:
+        """Whether photosites read single pixels (`Projection.reads_pixels`) of a scene at rest, behind a blur alone."""
+        return self.projection.reads_pixels and self.psf is None and self.motion is None and self.flash_motion is None
+
     def with_moved_pixels(self) -> Self:
         """Return the plan of a scene whose pixels do not stay on the borders of samples."""
         accuracy, defocus = replace(self.accuracy, whole_pixels=0), self.defocus

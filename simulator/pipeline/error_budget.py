@@ -94,11 +94,12 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     terms: list[ErrorTerm] = []
     blur = optics.moving_blur
     if blur is None:
-        terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=optics.projection.scale)
+        scale, reads_pixels = optics.projection.scale, optics.reads_pixels
+        terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=scale, reads_pixels=reads_pixels)
     elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not _rays_meet_pixels(optics)):
         terms += ray_terms(blur)
     elif optics.psf is None or not optics.psf.by_distance:
-        terms += error_terms(blur, contrast)
+        terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels)
     else:
         terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
     terms += _rows_between(optics, sum(term.sigma for term in terms))

@@ -45,6 +45,7 @@ FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
 EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
+INSIDE_PX = 0.32  # blur radius up to which the image of any aperture stays inside a photosite: a triangle reaches 1.56 radii
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
 # From what laws bound to p99.9. Squares: black and white ones (`mixed_squares` of benchmarks/stress).
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
@@ -53,10 +54,12 @@ OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
-def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:
+def error_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixels: bool = False) -> list[ErrorTerm]:
     """Predict the error of each method that the scene may need. Without tolerance, rays have none of them.
 
     defocus: blur of the scene's layers, with a background that is assumed. contrast: of the scene (`scene_contrast`).
+    reads_pixels: whether each photosite reads one pixel of the scene (`Projection.reads_pixels`), so that weights of pixels are
+        exact, and circles inside a photosite do not blur.
     """
     accuracy = defocus.accuracy
     if accuracy.tolerance == 0.0:
@@ -74,7 +77,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     def add(cause: str, share: float, fix: str, limit: Limit = "method", *, falls: bool = False) -> None:
         terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit, falls))
 
-    if max(ignored, default=0.0) > 0.0:
+    if max(ignored, default=0.0) > 0.0 and not (reads_pixels and max(ignored) * own.pupil.corner_radius <= 0.5):
         left_out = max(detail * copy_error(max(ignored)), OF_CROSSING * crossing_error(max(ignored), accuracy.detail))
         add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER, falls=True)
     if not blurred:
@@ -92,7 +95,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         # A parabola in both directions, against its values at the points.
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         steepest = max(grid_error(min(blurred), finest, defocus.scale), contrast.ends / (12.0 * finest**2))
-        grid = min(smooth, steepest)
+        grid = 0.0 if reads_pixels else min(smooth, steepest)
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
@@ -247,12 +250,17 @@ def _small_circles(defocus: Defocus) -> float:
 
 
 def ignored_error(
-    accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, scale: float = 1.0
+    accuracy: Accuracy,
+    radius_px: float,
+    contrast: SceneContrast = WORST,
+    *,
+    scale: float = 1.0,
+    reads_pixels: bool = False,
 ) -> list[ErrorTerm]:
     """Predict the error of leaving out all blur, whose largest radius is this [photosites].
 
     contrast: of the scene. scale: its pixels per photosite. With one it does not show where in its pixel a lamp is; of fewer,
-        light is bilinear between their centres, whose second difference counts.
+        light is bilinear between their centres, whose second difference counts. reads_pixels: as of `error_terms`.
     """
     if radius_px == 0.0:
         return []
@@ -263,6 +271,8 @@ def ignored_error(
         crossing_error(radius_px, accuracy.detail),
         lamp if is_fine else 0.0,
     )
+    if reads_pixels and radius_px <= INSIDE_PX:
+        left_out = 0.0
     cause = f"no blur up to a radius of {radius_px:.2g}"
     found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
     if lamp > 0.0 and is_unknown:

@@ -91,6 +91,12 @@ class Projection:
         """Whether the scene has more than one pixel per photosite and axis."""
         return self.scale > 1.0 + 1e-6
 
+    @property
+    def reads_pixels(self) -> bool:
+        """Whether each photosite has one pixel of the scene, which is its light at its middle: no area counts."""
+        is_whole = abs(self.scale - 1.0) < 1e-6 and self.whole_pixels([1]) == 1
+        return is_whole and not self.is_bilinear and self.open_side == 1.0 and self.low_pass_px == 0.0
+
     def whole_pixels(self, counts: Sequence[int]) -> int:
         """First of these samples per photosite and axis that divides each scene pixel into whole samples; 0: none."""
         for count in counts if self.warp is None and self.pose is None else ():

@@ -313,6 +313,21 @@ def test_even_light_is_sampled_without_error():
     assert even.error_budget.predicted_sigma == 0.0 < noisy.error_budget.predicted_sigma
 
 
+@pytest.mark.parametrize("radius_px", [0.25, 1.3])
+def test_one_pixel_to_a_photosite_is_weighed_exactly(radius_px, device):
+    """Noise, as areas of the circle in pixels; behind a lens that distorts photosites mix pixels, and have an error."""
+    picture = np.random.default_rng(5).random((40, 40))
+    scene = band_scene(picture, float(depth_of(radius_px)))
+    shot = Shot(scene, LENS, Exposure(0.001), small_camera(40, 40))
+    planned = measure(plan(shot), device)
+    truth = convolve(picture, disk_weights(radius_px), mode="nearest") * planned.optics.accuracy.electrons_per_radiance
+    truth *= run(planned, shot, device).mean() / truth.mean()
+    assert planned.error_budget.predicted_sigma == 0.0
+    assert np.abs(z_scores_of_noise(run(planned, shot, device), truth, planned)).max() < 1e-2
+    distorted = dataclasses.replace(shot, lens=dataclasses.replace(LENS, distortion=Distortion(k1=0.05)))
+    assert plan(distorted).error_budget.predicted_sigma > 0.1
+
+
 def test_layers_composited_before_light_between_their_pixels_have_a_term(device):
     """Holes in a layer before lamps, two photosites to a pixel, against rays through light and coverage in float64."""
     scale, side, parts = 0.5, 32, 8
