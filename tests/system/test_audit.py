@@ -315,7 +315,7 @@ def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device, w
     """2.5, 2 and 3 pixels per photosite: the rays' grid divides the pixels, or is fine."""
     shot = simple_shot(tmp_path, camera={"base": "ideal", "width": width, "height": height}, exposure=exposure)
     planned = plan(shot)
-    summed = exact_means(shot, planned) or sum_rays(shot, planned, points=4096)
+    summed = exact_means(shot, planned) or sum_rays(shot, planned, points=1024)
     own = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.99)
     found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device, wanted_error(0.1))
     z = np.abs(z_scores(found, summed.electrons, planned))
