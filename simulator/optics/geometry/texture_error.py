@@ -17,7 +17,7 @@ from simulator.optics.geometry.instants import MOST_INSTANTS, TimedPath
 FINER = 16  # times as many instants stand for the path, which are wrong by 1 / 256 of the error
 PLACES = 4  # per axis at which the path begins, within the distance of its instants
 OF_PHOTOSITES = 3.29  # deviations that 99.9 % of normal errors stay below
-MOST_TRIES = 24  # counts that are tried: distances fit again after as many as there are pixels along an axis
+MOST_TRIES, MORE = 24, 0.6  # counts that are tried, up to so many times more: an error falls as the square of the count
 LONGEST_PX = 100.0  # of the paths that are looked at [photosites]: longer ones take too long to plan
 RESONANT = 4.3  # most that errors were found to be, in the law's unit of one edge and the root of the number of pixels
 
@@ -49,7 +49,8 @@ def textured_instants(path: TimedPath, count: int, texture: float, allowed: floa
     if not path.length.longest_px <= LONGEST_PX:
         return count, 0.0
     deviation, least = texture / math.sqrt(2.0), (count, math.inf)
-    for tried in range(count, min(count + MOST_TRIES, MOST_INSTANTS + 1)):
+    step = math.ceil(MORE * count / MOST_TRIES)
+    for tried in range(count, min(count + step * MOST_TRIES, MOST_INSTANTS + 1), step):
         error = OF_PHOTOSITES * deviation * texture_deviation(path, tried)
         least = min(least, (tried, error), key=lambda one: one[1])
         if error <= allowed:
