@@ -101,13 +101,9 @@ def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side:
     return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
 
 
-def aperture_samples_at(
-    pupil: Pupil, fields: np.ndarray, count: int, samples_per_axis: int, open_side: float = 1.0
-) -> np.ndarray:
-    """Aperture samples at each field (n, 2) as in `Pupil`: (n, count, 5). A sample moves continuously with the field."""
-    points = np.repeat(aperture_samples(pupil, count, samples_per_axis, open_side)[None], len(fields), axis=0)
-    points[..., :2] = points_of(pupil, fields, count)
-    return points
+def aperture_points(pupil: Pupil, fields: np.ndarray, count: int) -> np.ndarray:
+    """x, y of aperture samples at each field (n, 2) as in `Pupil`, (n, count, 2) float32; they move continuously with it."""
+    return points_of(pupil, fields, count).astype(np.float32)
 
 
 def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

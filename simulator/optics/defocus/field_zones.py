@@ -7,7 +7,7 @@ import numpy as np
 
 from simulator.optics.defocus.aperture_kernel import Taps, clipped_weights, make_taps
 from simulator.optics.defocus.aperture_mean_tables import Image, aperture_taps
-from simulator.optics.defocus.aperture_samples import aperture_samples_at
+from simulator.optics.defocus.aperture_samples import aperture_points, aperture_samples
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
@@ -113,12 +113,26 @@ class Zones:
         return np.where(self._clips[corners].any(axis=1, keepdims=True), corners, -1), shares.reshape(-1, 4)
 
     def points(
-        self, corners: np.ndarray, shares: np.ndarray, count: int, samples_per_axis: int, area: PhotositeArea = WHOLE
+        self,
+        corners: np.ndarray,
+        shares: np.ndarray,
+        count: int,
+        samples_per_axis: int,
+        area: PhotositeArea,
+        known: dict[int, np.ndarray],
     ) -> np.ndarray:
-        """Aperture samples of each block, (blocks, count, 5), interpolated between the samples of its corners."""
+        """Aperture samples of each block, (blocks, count, 5), interpolated between the samples of its corners.
+
+        known: `aperture_points` of corners that were made before, of this count; others are added.
+        """
         numbers, sets = np.unique(corners, return_inverse=True)
-        known = aperture_samples_at(self.eyes.pupil, self._open_fields(numbers), count, samples_per_axis, area.open_side)
-        points = np.repeat(known[:1], len(corners), axis=0)
+        found = {number: there for number in numbers.tolist() if (there := known.get(number)) is not None}
+        new = [number for number in numbers.tolist() if number not in found]
+        found |= zip(new, aperture_points(self.eyes.pupil, self._open_fields(np.array(new, int)), count), strict=True)
+        known.update(found)
+        around = np.stack([found[number] for number in numbers.tolist()])
+        made = aperture_samples(self.eyes.pupil, count, samples_per_axis, area.open_side)
+        points = np.repeat(made[None], len(corners), axis=0)
         places = zip(sets.reshape(corners.shape).T, shares.astype(np.float32).T, strict=True)
-        points[..., :2] = sum(known[own, :, :2] * share[:, None, None] for own, share in places)
+        points[..., :2] = sum(around[own] * share[:, None, None] for own, share in places)
         return points

@@ -108,9 +108,9 @@ def _clipped_work(tiles: TilePlan) -> Work:
     for over in tiles.chosen.sample_grids():
         chosen = tiles.chosen.part(slice(0, len(tiles.chosen.computed)), over)
         images, places = chosen.table()
-        counts = tiles.zones.cut_counts(chosen, images, places)
-        for radius_px in {abs(image.radius_px) for image, count in zip(images, counts, strict=True) if count}:
-            same = np.array([abs(image.radius_px) == radius_px for image in images])
+        radii_px, index = np.unique([abs(image.radius_px) for image in images], return_inverse=True)
+        counts = np.bincount(index, tiles.zones.cut_counts(chosen, images, places), len(radii_px))
+        for radius_px, count in zip(radii_px[counts > 0].tolist(), counts[counts > 0].tolist(), strict=True):
             each = {f"clipped {name}": work for name, work in clipped_work(pupil, radius_px, over, area).items()}
-            found = add(found, {"clipped images": 1.0, **each}, float(counts[same].sum()))
+            found = add(found, {"clipped images": 1.0, **each}, count)
     return found

@@ -113,7 +113,10 @@ class DeviceTables:
         """
         if around is None:
             return aperture_samples(self._pupil, count, self.samples_per_axis, self._area.open_side)[None]
-        return self.zones.points(*around, count, self.samples_per_axis, self._area)
+        known: dict[int, np.ndarray] = self._kept(("points", count), dict)
+        if sum(points.nbytes for points in list(known.values())) > MOST_KEPT_BYTES:  # another thread may add some
+            known.clear()
+        return self.zones.points(*around, count, self.samples_per_axis, self._area, known)
 
     def moving_points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> tuple[np.ndarray, np.ndarray]:
         """Aperture samples as of `points`, and the share of the light that has come at the instant of each, (count,)."""

@@ -1,6 +1,7 @@
 """Low-discrepancy points of the pupil at many fields at once."""
 
 import math
+from functools import reduce
 
 import numpy as np
 
@@ -32,7 +33,7 @@ def _spans_of(pupil: Pupil, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray,
         rows = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(np.linspace(0.0, math.pi, STRIPS))
         ends = [part.span(rows) for part in pupil.opening]
         ends += [disk_span(stop.shift * x, stop.shift * y, stop.radius, rows) for stop in pupil.stops]
-        left, right = np.max([end[0] for end in ends], axis=0), np.min([end[1] for end in ends], axis=0)
+        left, right = reduce(np.maximum, (end[0] for end in ends)), reduce(np.minimum, (end[1] for end in ends))
         is_open = right > left
         first, last = is_open.argmax(axis=1)[:, None], STRIPS - 1 - is_open[:, ::-1].argmax(axis=1)[:, None]
         borders = np.maximum(first - 1, 0), np.minimum(last + 1, STRIPS - 1)

@@ -13,7 +13,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.aperture_kernel import clipped_weights, disk_weights
 from simulator.optics.defocus.clipped_kernel import shape_weights
 from simulator.optics.defocus.field_pupil import MOST_MOVED, middle_error, plan_cats_eyes, zone_error
-from simulator.optics.defocus.photosite_area import PhotositeArea
+from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.pupil.convex_area import Disk, intersection_area
@@ -284,6 +284,21 @@ def test_the_tables_of_a_window_are_kept_for_its_next_frame(device):
     DeviceTables(dataclasses.replace(tiles, key="another window"), device, 1)
     with pytest.raises(AssertionError):
         DeviceTables(kept, device, 1).of_tiles(True)
+
+
+def test_points_of_a_corner_are_made_once(device):
+    """Blocks of all bands and frames share them, and have the bits of each block alone."""
+    depth = np.linspace(0.33, 0.8, 100)[None, :].repeat(70, axis=0).astype(np.float32)
+    shot = Shot(band_scene(np.ones((70, 100)), depth), CLOSE, Exposure(1e-6), coarse_camera())
+    tiles = measure(plan(shot), device).tiles
+    zones, tables = tiles.zones, DeviceTables(tiles, device, 1)
+    corners, shares = tables.around_blocks(np.array([1, 1, 2]), np.array([1, 2, 1]))
+    together, known = tables.points(64, (corners, shares)), {}
+    for n, own in enumerate(together):
+        assert np.array_equal(zones.points(corners[n : n + 1], shares[n : n + 1], 64, 1, WHOLE, known)[0], own)
+    assert known.keys() == set(corners.ravel().tolist())
+    dark = {corner: np.zeros_like(points) for corner, points in known.items()}
+    assert not zones.points(corners, shares, 64, 1, WHOLE, dark)[..., :2].any()
 
 
 def test_where_no_rim_reaches_the_bits_are_those_without_rims():
