@@ -113,7 +113,7 @@ def choose_methods(
     gathered = (methods == Method.MEAN) & ~some & defocus.gathers_scene(_smallest_radius(tiles, visible), largest)
     samples_per_axis = np.where(gathered, 0, samples_per_axis)
     own_blocks = [radius_statistics.inside(*margin).of_blocks() for radius_statistics in layer_statistics]
-    images = _choose_images(defocus, own_blocks, ~hard, visible & computed)
+    images = _choose_images(defocus, own_blocks, ~hard, visible & computed & (methods != Method.OCCLUSION))
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
     even = np.stack([find_even_radius(defocus, seen, block_methods) for seen in blocks])
     block_methods = np.where(hard & wide, Method.WIDE, block_methods)
@@ -202,17 +202,30 @@ def _choose_images(
     constants, index = np.unique(radius[one], return_inverse=True)
     first_image, count = np.zeros(constant.shape, int), np.zeros(constant.shape, int)
     first_image[one], count[one] = index, 1
-    runs = np.stack([per_px, *slopes, first])[:, graded].T
     count[graded] = (last - first + 1)[graded]
-    starts = [tuple(run) for run in runs.tolist()]
-    pairs = zip(starts, count[graded].tolist(), strict=True)
-    keys = sorted({(rate, x, y, first + n) for (rate, x, y, first), nodes in pairs for n in range(nodes)})
-    places = {key: len(constants) + place for place, key in enumerate(keys)}
-    first_image[graded] = [places[start] for start in starts]
+    keys, starts = _join_runs(np.stack([per_px, *slopes, first])[:, graded], count[graded])
+    first_image[graded] = len(constants) + starts
     images = [Image(value) for value in constants.tolist()]
     step = defocus.accuracy.slope_step
-    images += [Image(node / rate, (step * x, step * y), node) for rate, x, y, node in keys]
+    images += [Image(node / rate, (step * x, step * y), node) for rate, x, y, node in keys.T.tolist()]
     return constant, first_image, count, coarse, tuple(images)
+
+
+def _join_runs(runs: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sorted keys (fields, keys) of all runs, and the place of each run's first key among them, (runs,).
+
+    runs: (fields, runs) int, the first key of each, whose last field counts up. counts: (runs,) of its keys, 1 or more.
+    """
+    if not runs.size:
+        return runs, np.zeros(0, int)
+    least = runs.min(axis=1)
+    sizes = runs.max(axis=1) - least + 1
+    sizes[-1] += counts.max()
+    starts = np.ravel_multi_index(tuple(runs - least[:, None]), tuple(sizes))
+    pairs = np.unique(np.stack([starts, counts]), axis=1)
+    every = np.repeat(pairs[0], pairs[1]) + np.arange(pairs[1].sum()) - np.repeat(np.cumsum(pairs[1]) - pairs[1], pairs[1])
+    keys = np.unique(every)
+    return np.stack(np.unravel_index(keys, tuple(sizes))) + least[:, None], np.asarray(np.searchsorted(keys, starts))
 
 
 def _slopes(defocus: Defocus, layer_statistics: list[RadiusStatistics], held: np.ndarray, largest_px: np.ndarray) -> np.ndarray:

@@ -266,10 +266,10 @@ def project_planes(
         footprint = projection.footprint
         project_footprint_planes(device, projection, footprint, planes, count, sampled, first_plane, layout, origin)
         return
-    defines, settings = projection.defines(ANY_CFA, layout.over), projection.arguments(*origin)
+    span, settings = _span(device, layout), projection.arguments(*origin)
+    defines = {**projection.defines(ANY_CFA, layout.over), "SPAN": span}  # those of `project_radius`, which shares the build
     if not projection.is_separable(layout.over):
-        span = _span(device, layout)
-        kernel = device.kernel("projection_planes", {**defines, "SPAN": span}, file="projection.cl")
+        kernel = device.kernel("projection_planes", defines, file="projection.cl")
         settings |= {"first_plane": first_plane, "rows": layout.rows}
         pose = projection.upload_pose(device)
         size = _work_size(layout, count, span, rows)
@@ -288,7 +288,7 @@ def project_planes(
     )
     pose = projection.upload_pose(device)
     for name, height, buffers in steps:
-        kernel = device.kernel(name, {**defines, "SPAN": 1}, file="projection.cl")
+        kernel = device.kernel(name, defines, file="projection.cl")
         arguments = {"first_row": first_row, "pose": pose, **settings, **buffers}
         device.run(kernel, (columns, height, sets), None, **{key: arguments[key] for key in kernel.arguments})
 
