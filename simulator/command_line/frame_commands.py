@@ -10,6 +10,7 @@ import typer
 
 from simulator.command_line.app import app
 from simulator.command_line.arguments import Settings, ShotFile
+from simulator.command_line.garbage import without_search
 
 
 @app.command(
@@ -35,7 +36,8 @@ def simulate(
     from simulator.progress import open_ledger
 
     ledger = open_ledger() if profile else None
-    from simulator.command_line.simulation import simulate_file
+    with without_search():
+        from simulator.command_line.simulation import simulate_file
 
     simulate_file(shot, settings or [], out, device, redo, not no_truth)
     if ledger is not None:

@@ -3,18 +3,13 @@
 Heavy modules are imported inside the commands: `photosite --help` must not wait for OpenCL, pint or colour.
 """
 
-import atexit
-import gc
 import io
 import os
 import sys
 
 from simulator.command_line.commands import app
+from simulator.command_line.garbage import search_seldom
 from simulator.errors import PhotositeError
-
-GARBAGE = (
-    10_000  # new objects that start a search for unused cycles; with Python's 700 a start spends a tenth of its time on it
-)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -23,8 +18,7 @@ def main(arguments: list[str] | None = None) -> None:
     Exit status: 0 done, 1 an error of one line on stderr, 2 a wrong option, 130 interrupted.
     PHOTOSITE_DEBUG=1 in the environment shows the traceback of an error.
     """
-    gc.set_threshold(GARBAGE)
-    atexit.register(_freeze)
+    search_seldom()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # of letters that a terminal lacks, and of paths that are no UTF-8
     try:
@@ -44,12 +38,3 @@ def _one_message(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return f"out of memory ({error}); use a smaller camera.window".replace(" ()", "")
     return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error)
-
-
-def _freeze() -> None:
-    """Let the interpreter search for no unused cycles at its end, which takes longer than a small frame.
-
-    OpenImageIO is the exception: its bindings report the objects that are left as leaks.
-    """
-    if "OpenImageIO" not in sys.modules:
-        gc.freeze()

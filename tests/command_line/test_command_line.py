@@ -50,6 +50,7 @@ print(*[name for name in sys.modules if name.startswith(("simulator", "data_gen"
         "simulator.command_line",
         "simulator.command_line.arguments",
         "simulator.command_line.commands",
+        "simulator.command_line.garbage",
         "simulator.command_line.main",
         "simulator.command_line.app",
         "simulator.errors",
@@ -132,6 +133,24 @@ from simulator.command_line.main import main
 main(["simulate", {FLAT!r}, "--help"])
 """
     assert in_fresh_process(code).strip().endswith("FROZEN True")
+
+
+def test_imports_of_a_command_are_not_searched():
+    """Of a process that it has for itself; objects made later are."""
+    code = """
+import gc
+from simulator.command_line.garbage import search_seldom, without_search
+def made():
+    before = gc.get_stats()[0]["collections"]
+    with without_search():
+        kept.append([[] for _ in range(50_000)])
+    return gc.get_stats()[0]["collections"] - before
+kept = []
+found = [made() > 0, gc.get_freeze_count() > 0]
+search_seldom()
+print(*found, made(), gc.get_freeze_count() > 50_000, gc.isenabled(), made() > 0)
+"""
+    assert in_fresh_process(code).split() == ["True", "False", "0", "True", "True", "True"]
 
 
 def test_the_packages_names_are_what_they_say():
