@@ -49,13 +49,15 @@ class VeilingGlare:
 
     share: g. irradiance: (channels,) float64 of the veil, g * mean of the image's electron irradiance [e- s^-1 um^-2].
     by_band: (bands, channels) float64, the parts of it that come from each band of the scene.
-    least_radiance: the veil of the darkest channel, as electron radiance [e- s^-1 um^-2 sr^-1].
+    least_radiance: the veil of the darkest channel, as electron radiance [e- s^-1 um^-2 sr^-1]. range_radiance: most by which
+    light of a channel differs over the scene [e- s^-1 um^-2 sr^-1].
     """
 
     share: float
     irradiance: np.ndarray
     by_band: np.ndarray | None = None
     least_radiance: float = 0.0
+    range_radiance: float = math.inf
 
     def lit_by(self, bands: slice) -> Self:
         """Return the scattered light of these bands of the scene alone."""
@@ -85,7 +87,8 @@ def plan_veiling_glare(
         mean += share_of_sensor * (seen @ scene.planes[pixel])
     scattered_sr = share * irradiance.effective_solid_angle_sr
     by_band = scattered_sr * (mean[:, np.newaxis] * weights)
-    return VeilingGlare(share, scattered_sr * (mean @ weights), by_band, share * float((mean @ weights).min()))
+    differs = float((np.ptp(scene.planes, axis=(0, 1)) @ np.abs(weights)).max())
+    return VeilingGlare(share, scattered_sr * (mean @ weights), by_band, share * float((mean @ weights).min()), differs)
 
 
 def glare_errors(
@@ -94,8 +97,9 @@ def glare_errors(
     """Return the error of the veil by what is neglected in the mean of the light.
 
     moved_px: way over which blur or motion moves light. stretch: largest local magnification of a distortion. Light that moves
-    by a way, either way alike, crosses a border by a quarter of it on average. Light that is magnified weighs more: the mean is
-    off by up to half of the range of the light times half of the range of the magnified area.
+    by a way, either way alike, crosses a border by a quarter of it on average, and what comes in its place differs by at most
+    the range of the light. Light that is magnified weighs more: the mean is off by up to half of the range of the light times
+    half of the range of the magnified area. Lamps are left out of that range.
     """
     if glare is None:
         return []
@@ -103,7 +107,8 @@ def glare_errors(
     crossed = min(0.25 * moved_px * 2.0 * (width + height) / (width * height), 1.0)
     weighed = min(0.25 * abs(stretch**2 - 1.0), 1.0)
     noise_e = math.sqrt(max(glare.least_radiance * noise.electrons_per_radiance + noise.read_noise_e**2, 1.0))
-    sigma = glare.share * (crossed + weighed) * noise.electrons / noise_e
+    range_e = min(glare.range_radiance * noise.electrons_per_radiance, noise.electrons)
+    sigma = glare.share * (crossed + weighed) * range_e / noise_e
     return [
         ErrorTerm(GLARE, "the mean light of the scene without blur, motion and distortion", sigma, "lower lens.veiling_glare")
     ]

@@ -194,3 +194,14 @@ def test_what_blur_does_to_the_mean_is_stated():
     assert 0.0 < off_e / noise_e <= term.sigma
     sharp = plan(replace(shot, scene=band_scene(planes, 2.0))).error_budget
     assert not [one for one in sharp.terms if one.effect == "veiling glare"]
+
+
+def test_even_light_has_an_exact_veil():
+    """Whatever moves or is magnified, as much comes as goes; a small range leaves a small error."""
+    sigmas = []
+    for contrast in (0.0, 0.01, 0.1):
+        light = 1.0 - contrast * (np.arange(40 * 60).reshape(40, 60) % 7 > 3)
+        shot = Shot(band_scene(light, 1.5), replace(LENS, veiling_glare=GLARE), Exposure(1.0), small_camera(60, 40))
+        terms = plan(shot).error_budget.terms
+        sigmas.append(sum(term.sigma for term in terms if term.effect == "veiling glare"))
+    assert sigmas[0] == 0.0 < sigmas[1] < 0.2 * sigmas[2]
