@@ -53,7 +53,7 @@ def test_it_is_plain_data():
 
 def test_each_effect_has_its_terms():
     """A blurred picture that moves, and one whose motion is left out with its error."""
-    planes = np.random.default_rng(1).random((64, 80))
+    planes = np.random.default_rng(1).random((48, 60))  # coarser than the photosites, of which pixels are weighed exactly
     shot = Shot(band_scene(planes, 3.0), LENS, Exposure(0.001), small_camera(80, 64))
     still = plan(shot).error_budget
     assert {term.effect for term in still.terms} == {"lens blur"} and still.predicted_sigma > 0.0
@@ -75,12 +75,13 @@ def terms_of(
 
 def test_blur_that_is_left_out_counts_by_the_light_and_by_its_own_noise():
     """A gradient has less of it than noise, and a faint texture beside bright light more than as a share of that."""
-    noise = np.random.default_rng(1).random((48, 48))
-    gradient = np.linspace(0.5, 1.0, 48)[None].repeat(48, 0)
-    faint = np.where(np.arange(48) < 24, 0.02 * noise, 1.0)
+    noise = np.random.default_rng(1).random((36, 36))
+    gradient = np.linspace(0.5, 1.0, 36)[None].repeat(36, 0)
+    faint = np.where(np.arange(36) < 18, 0.02 * noise, 1.0)
     smooth, rough, dark = (terms_of(planes, 0.1).get("lens blur") for planes in (gradient, noise, faint))
     assert smooth is None or smooth.sigma < 0.01 * rough.sigma
     assert dark.sigma > 0.02 * rough.sigma
+    assert "lens blur" not in terms_of(np.random.default_rng(1).random((48, 48)), 0.1)  # inside one pixel
 
 
 def test_a_circle_that_lamps_show_is_left_out_only_where_the_scene_does_not_tell_their_place():
