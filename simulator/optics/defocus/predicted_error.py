@@ -117,7 +117,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixe
         left = nodes_of_squares(own, contrast.around, contrast.curvature)
         if not accuracy.detail:
             left = nodes_error(min(blurred), own.largest_px, contrast.around, contrast.curvature)
-        add("images of the aperture between radii that are tabulated", left, RAYS)
+        is_finest = is_gathered or not accuracy.detail or finest == most_samples_per_axis(own, smallest)
+        add("images of the aperture between radii that are tabulated", left, RAYS, falls=not is_finest)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         ends = np.array([end for pair in ranges for end in pair if end > own.copied_px])
         share = (
