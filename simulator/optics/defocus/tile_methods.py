@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
@@ -75,7 +76,7 @@ class TileChoice:
 
     def tiles_with(self, *methods: Method) -> np.ndarray:
         """Mask of the computed tiles that have one of these methods."""
-        return self.computed & np.isin(self.methods, methods)
+        return self.computed & reduce(np.logical_or, [self.methods == method for method in methods])
 
     def table(self) -> tuple[list[Image], np.ndarray]:
         """Images that the computed tiles need, and the index of each of `all_images` among them."""
