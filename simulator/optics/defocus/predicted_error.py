@@ -146,12 +146,13 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixe
         if own.largest_px >= defocus.wide_px:
             add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER, falls=not defocus.guessed)
     elif len(radii) > 1:
-        points_left = contrast.mixed * points_error(points, finest)
-        add(f"{points} points of the aperture", points_left, TIGHTER, falls=points < MOST_OF_ALL)
+        falls, points = points < MOST_OF_ALL, int(correction_count(np.array(points), finest))
+        points_left = contrast.mixed * points_error(points, finest, own.largest_px)
+        add(f"{points} points of the aperture", points_left, TIGHTER, falls=falls)
     if len(radii) > 1:
         small = _small_circles(own)
         add("layers with circles as small as the samples", contrast.within * small, RAYS)
-        hidden = contrast.lamps_mixed * points_error(points, finest) + contrast.lamps_within * small
+        hidden = contrast.lamps_mixed * points_error(points, finest, own.largest_px) + contrast.lamps_within * small
         if hidden > 0.0:
             add("lamps that layers hide", hidden, RAYS)
     if own.eyes is not None:
@@ -213,13 +214,13 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
         finest = int(own.samples_per_axis(radius_px, radius_px)[0])
         every = int(sample_count(radius_px, defocus)[0])
         points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
-        left = contrast.mixed * points_error(points, finest)
+        left = contrast.mixed * points_error(points, finest, own.largest_px)
         add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
         small = _small_circles(own)
         add("layers with circles as small as the samples", contrast.within * small, LAYERED)
         add(
             "lamps that layers hide",
-            contrast.lamps_mixed * points_error(points, finest) + contrast.lamps_within * small,
+            contrast.lamps_mixed * points_error(points, finest, own.largest_px) + contrast.lamps_within * small,
             LAYERED,
         )
     if contrast.has_steps and not defocus.guessed:

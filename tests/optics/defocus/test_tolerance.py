@@ -140,7 +140,7 @@ def test_the_law_of_the_points_bounds_what_is_found(samples_per_axis, side):
     truth, optics = found(MOST_OF_ALL // saved), case_plan(case).optics
     for points in (32, 128, 512):
         error = float(np.quantile(np.abs(z_scores(found(points), truth, 2000.0)), 0.999))
-        bound = optics.accuracy.in_sigma(optics.contrast.mixed * points_error(points, samples_per_axis))
+        bound = optics.accuracy.in_sigma(optics.contrast.mixed * points_error(points, samples_per_axis, 9.0))
         assert 0.1 * bound < error < bound, points
 
 
@@ -214,7 +214,7 @@ def test_the_plan_tells_the_predicted_error():
     assert mixed == within == 0.0  # the wall is even, so that its mean over the aperture is the same whatever hides it
     expected = {
         "means on 2 x 2 points per photosite": float(grid_error(np.array(5.0), 2, 2.0)),  # where a layer hides parts of squares
-        "8192 points of the aperture": mixed * points_error(8192, 2),  # 1024 times 3.16^1.25, as a power of two
+        "8192 points of the aperture": mixed * points_error(8192, 2, 6.0),  # 1024 times 3.16^1.25, as a power of two
         "layers with circles as small as the samples": within * small_circles_error(5.0, 11.0, 2, 2.0),
     }
     assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
