@@ -9,6 +9,7 @@ from simulator.pipeline.error_budget import ROUNDING, ErrorBudget, error_budget
 TRIES = 5  # tighter plans that are looked at: numbers of samples have a least one, which a first share may leave
 MARGIN = 0.9  # of what is left for the terms that fall, since numbers of samples grow in steps
 TIGHTEST = 0.02  # smallest tolerance of one approximation, in that of the photograph
+STEP = 0.3  # factor to the next share where less than the smallest is asked for: what was left out may be computed from it on
 BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
 
 
@@ -44,15 +45,16 @@ def _make_finer(
     first: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, left: Callable[[float], float]
 ) -> OpticsPlan | None:
     """Return a plan whose falling terms have at most what is `left` of them, by the sum of the others; None: there is none."""
-    planned, own = first, tolerance
+    planned, own, tightest = first, tolerance, TIGHTEST * tolerance
     for tries in range(TRIES + 1):
         budget = budget_of(planned)
         falling = falling_sigma(budget)
         wanted = left(budget.predicted_sigma - falling)
         if falling <= ROUNDING * wanted:
             return planned
-        own *= MARGIN * max(wanted, 0.0) / falling if falling else 0.0
-        if tries == TRIES or own < TIGHTEST * tolerance:
+        share = own * MARGIN * max(wanted, 0.0) / falling if falling else 0.0
+        own = max(STEP * own, tightest) if 0.0 < share < tightest < own else share
+        if tries == TRIES or own < tightest:
             break
         planned = replace(make(own), tolerance=tolerance)
     return None

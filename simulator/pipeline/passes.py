@@ -178,7 +178,8 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
 def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) -> Pass:
     defocus, pixels = optics.defocus, pixels_of(optics)
     if defocus is None:
-        told = describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, scale=optics.projection.scale)
+        scale, reads_pixels = optics.projection.scale, optics.reads_pixels
+        told = describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, scale=scale, reads_pixels=reads_pixels)
         return Pass("defocus", False, told, error_sigma=error_of(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")

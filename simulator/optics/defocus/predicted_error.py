@@ -51,6 +51,9 @@ MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
 # Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
 OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
+# Light between pixels as large as photosites bends at their middles, and even squares end at their borders: of either a circle
+# leaves 2 / (3 pi) of its radius times the second difference along an axis, the mean of |x| over half the disk.
+OF_BENDS = 2.0 * 2.0 / (3.0 * math.pi)
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
@@ -272,6 +275,7 @@ def ignored_error(
         contrast.curvature / WAVE_CURVATURE * copy_error(radius_px),
         crossing_error(radius_px, accuracy.detail),
         lamp if is_fine else 0.0,
+        OF_BENDS * radius_px * contrast.curvature if is_unknown and not reads_pixels else 0.0,
     )
     if reads_pixels and radius_px <= INSIDE_PX:
         left_out = 0.0
@@ -290,13 +294,21 @@ def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
     return sum(term.sigma for term in error_terms(defocus, contrast))
 
 
-def describe_ignored(accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, scale: float = 1.0) -> str:
+def describe_ignored(
+    accuracy: Accuracy,
+    radius_px: float,
+    contrast: SceneContrast = WORST,
+    *,
+    scale: float = 1.0,
+    reads_pixels: bool = False,
+) -> str:
     """Describe why no blur is computed where the largest blur circle has this radius [photosites], with the predicted error.
 
     The arguments are those of `ignored_error`.
     """
     told = f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites"
-    error = ignored_error(accuracy, radius_px, contrast, scale=scale)[0].sigma if radius_px > 0.0 else 0.0
+    found = ignored_error(accuracy, radius_px, contrast, scale=scale, reads_pixels=reads_pixels)
+    error = found[0].sigma if found else 0.0
     if error == 0.0:
         return told
     return f"{told}; without that of radius {radius_px:.2g} the light is off by up to {error:.2g} sigma"
