@@ -76,11 +76,14 @@ def electrons_per_radiance(lens: Lens, sensor: SensorPlan) -> float:
     return lens.irradiance_per_radiance_sr() * exposure.time_s * camera.pixel_pitch_um**2 * camera.fill_factor
 
 
-def with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
-    """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges."""
+def with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, *, is_sharp: bool = False) -> OpticsPlan:
+    """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges.
+
+    is_sharp: whether blur is left out, however large it is.
+    """
     camera, scale, accuracy = sensor.camera, planned.projection.scale, planned.accuracy
     pitch_um = camera.pixel_pitch_um
-    defocus = plan_blur(planned, loaded, lens, camera)
+    defocus = None if is_sharp else plan_blur(planned, loaded, lens, camera)
     if defocus is None:
         least_px, greatest_px = radius_range_px(lens, pitch_um, loaded)
         if lens.aberrations is not None and accuracy.tolerance:

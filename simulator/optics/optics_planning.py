@@ -64,6 +64,7 @@ def plan_optics(
     draws_lamps: bool = True,
     joins_layers: bool = True,
     whole: float | None = None,
+    is_sharp: bool = False,
 ) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
@@ -71,6 +72,7 @@ def plan_optics(
         themselves behind a point spread function, and samples of light have a footprint; those of what moves do not.
     joins_layers: whether layers at one distance are one surface, their composite; they are not where layers have a motion of
         their own. whole: tolerance of the photograph, as in `Shot`; None: that of each approximation.
+    is_sharp: whether blur at rest is left out, however large it is.
     Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
@@ -83,14 +85,16 @@ def plan_optics(
 
             resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False, joins_layers=joins_layers, whole=whole)
             return with_motion(resting, loaded, lens, sensor, timing)
-        made = _plan_sensor_optics(loaded, lens, sensor, tolerance, tolerance if whole is None else whole, draws_lamps)
+        made = _plan_sensor_optics(
+            loaded, lens, sensor, tolerance, tolerance if whole is None else whole, draws_lamps, is_sharp=is_sharp
+        )
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
             for array in made.scene.arrays():
                 array.setflags(write=False)
         return made
 
     key = optics_key(lens, sensor, tolerance, timing)
-    planned = make() if key is None else loaded.remember((key, draws_lamps, whole), make)
+    planned = make() if key is None else loaded.remember((key, draws_lamps, whole, is_sharp), make)
     return replace(planned, window=sensor.readout.computed)
 
 
@@ -128,7 +132,14 @@ def _noise_floor_of(asked: _AskedSensor) -> NoiseFloor | None:
 
 
 def _plan_sensor_optics(
-    loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, whole: float, draws_lamps: bool
+    loaded: Scene,
+    lens: Lens,
+    sensor: SensorPlan,
+    tolerance: float,
+    whole: float,
+    draws_lamps: bool,
+    *,
+    is_sharp: bool = False,
 ) -> OpticsPlan:
     """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
     camera, window = sensor.camera, sensor.readout.computed
@@ -159,7 +170,7 @@ def _plan_sensor_optics(
         accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
         planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
-        planned = with_defocus(planned, loaded, lens, sensor)
+        planned = with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp)
         if draws_lamps and floor is not None and planned.defocus is not None:
             from simulator.optics.lamp_planning import with_drawn_lamps  # not needed for a sharp frame
 

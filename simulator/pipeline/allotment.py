@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from simulator.optics.defocus.accuracy import MOST_SHARP_PX
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.pipeline.error_budget import ROUNDING, ErrorBudget, error_budget
 
@@ -17,10 +18,14 @@ Make = Callable[[float], OpticsPlan]
 Budget = Callable[[OpticsPlan], ErrorBudget]
 
 
-def allot(tolerance: float, make: Make, budget_of: Budget = error_budget) -> OpticsPlan:
+def allot(
+    tolerance: float, make: Make, budget_of: Budget = error_budget, make_sharp: Callable[[], OpticsPlan] | None = None
+) -> OpticsPlan:
     """Return the plan whose approximations together keep a tolerance, where there is one.
 
     make: plans the optics with each approximation at a tolerance. budget_of: gives what a plan leaves.
+    make_sharp: plans them with blur left out, as a larger tolerance does where circles are small; None: nothing does. What
+    follows a blur may leave more than the blur does: that plan is returned where none keeps the tolerance and it leaves least.
     The first plan has the whole tolerance for each. Where their sum is larger, those that can be finer get a smaller share in
     proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as they
     are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves more, as
@@ -37,8 +42,16 @@ def allot(tolerance: float, make: Make, budget_of: Budget = error_budget) -> Opt
     if kept is not None:
         return kept
     finer = _make_finer(first, tolerance, make, lambda optics: _typical(budget_of(optics)), beside)
-    plans = (first,) if finer is None else (finer, first)
+    plans = [first] if finer is None else [finer, first]
+    if make_sharp is not None and may_be_sharp(first):
+        plans.append(make_sharp())
     return min(plans, key=lambda one: budget_of(one).predicted_sigma)
+
+
+def may_be_sharp(optics: OpticsPlan) -> bool:
+    """Whether a plan blurs a scene at rest by circles that a larger tolerance may leave out."""
+    is_at_rest = optics.motion is None and optics.flash_motion is None
+    return is_at_rest and optics.defocus is not None and optics.defocus.largest_px <= MOST_SHARP_PX
 
 
 def _make_finer(

@@ -188,7 +188,11 @@ def _plan_light(
 
     def make() -> OpticsPlan:
         lit = exposed.expose(scene, tangent)
-        return allot(shot.tolerance, lambda one: plan_optics(lit, shot.lens, sensor, one, timing, whole=shot.tolerance))
+
+        def of(tolerance: float, is_sharp: bool = False) -> OpticsPlan:
+            return plan_optics(lit, shot.lens, sensor, tolerance, timing, whole=shot.tolerance, is_sharp=is_sharp)
+
+        return allot(shot.tolerance, of, make_sharp=lambda: of(shot.tolerance, is_sharp=True))
 
     key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent), timing)
     if cache is None or key is None:

@@ -61,6 +61,26 @@ def test_what_does_not_fall_leaves_the_first_plan_and_a_warning(tmp_path):
     assert "layers with circles as small as the samples" in planned.warnings()[0]
 
 
+@pytest.mark.parametrize("number", [64, 176])
+def test_small_circles_are_left_out_where_what_follows_a_blur_leaves_more(tmp_path, number):
+    """Circles of 0.34 and 0.17 photosites before open areas and a filter that means of photosites do not tell."""
+    shot = load_shot(draw_shot(98, number).write(tmp_path))
+    found, tighter = plan(shot), plan(dataclasses.replace(shot, tolerance=shot.tolerance / 3.0))
+    least = found.error_budget.predicted_sigma
+    assert found.error_budget.is_clamped and tighter.error_budget.predicted_sigma == pytest.approx(least)
+    assert "give a smaller tolerance" in found.warnings()[0] and "give tolerance: 0 for rays" in tighter.warnings()[0]
+    step = next(one for one in tighter.steps if one.stage == "defocus")
+    assert not step.kept and "more than the blur does" in step.why
+
+
+def test_circles_larger_than_any_tolerance_leaves_out_are_blurred(tmp_path):
+    """The same layers farther out of focus, by circles of 0.5 photosites: laws of small circles do not know what they leave."""
+    shot = load_shot(draw_shot(98, 176).write(tmp_path))
+    lens = dataclasses.replace(shot.lens, focus_distance_m=1.804)
+    wider = plan(dataclasses.replace(shot, lens=lens))
+    assert wider.error_budget.is_clamped and wider.optics.defocus is not None
+
+
 def of_laws(fixed: float, per_tolerance: float, least: float = 0.0):
     """Plans of one term that does not fall and one that is at least so many times the tolerance of its approximation."""
     frame = case_plan(stripes(4.0, 9.0, 10.0, 4), 200.0, 10.0).optics

@@ -14,7 +14,8 @@ import numpy as np
 
 WAVE_CURVATURE = 0.234  # second difference between photosites of a wave of 9 photosites that varies by the whole light
 MEASURED = 0.1 * math.sqrt(2004.0) / 2000.0  # allowed error at which the settings below were found: 0.1 sigma of 2000 e-
-SHARP_PX = 0.3  # largest blur radius that may be ignored [photosites]
+SHARP_PX = 0.3  # largest blur radius that may be ignored at MEASURED [photosites]
+MOST_SHARP_PX = 0.4  # the same, whatever is allowed
 SAME_PX = 0.02  # largest difference of radii that share one blur circle [photosites]
 SLOPE_STEP = 0.03  # step to which slopes of the radius are rounded [photosites per photosite]
 RAYS = 131072  # most rays of a photosite in each of the reference's replications
@@ -92,7 +93,7 @@ class Accuracy:
         The loss of contrast of a sinusoid grows with the square of the radius, the light that crosses the borders of
         photosites in a fine scene with the radius. Lamps are too small for `detail`.
         """
-        smooth_px = min(SHARP_PX * math.sqrt(self.looser), 0.4, self.lamp_sharp_px)
+        smooth_px = min(SHARP_PX * math.sqrt(self.looser), MOST_SHARP_PX, self.lamp_sharp_px)
         return min(smooth_px, self.allowed / crossing_error(1.0, self.detail)) if self.detail else smooth_px
 
     @property

@@ -280,7 +280,8 @@ def ignored_error(
     if reads_pixels and radius_px <= INSIDE_PX:
         left_out = 0.0
     cause = f"no blur up to a radius of {radius_px:.2g}"
-    found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
+    falls = radius_px <= accuracy.sharp_px  # else what comes after the blur leaves more (`allot`)
+    found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER if falls else RAYS, falls=falls)]
     if lamp > 0.0 and is_unknown:
         found.append(ErrorTerm(BLUR, "lamps smaller than photosites", accuracy.in_sigma(lamp), FINER_SCENE, "input"))
     if contrast.flattened > 0.0:
@@ -307,6 +308,8 @@ def describe_ignored(
     The arguments are those of `ignored_error`.
     """
     told = f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites"
+    if radius_px > accuracy.sharp_px:
+        told = f"what follows a blur of at most {radius_px:.2g} photosites would leave more than the blur does"
     found = ignored_error(accuracy, radius_px, contrast, scale=scale, reads_pixels=reads_pixels)
     error = found[0].sigma if found else 0.0
     if error == 0.0:
