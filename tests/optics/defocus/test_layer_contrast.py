@@ -17,6 +17,7 @@ from scipy.ndimage import uniform_filter
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.layer_contrast import FULL, layer_contrast
+from simulator.pipeline import allotment
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
@@ -71,7 +72,8 @@ def stated_of_small_circles(planned: Plan) -> float:
         pytest.param("squares", (1.5, 1.6), 2, 4, marks=pytest.mark.slow),  # over many samples
     ],
 )
-def test_random_cells_keep_to_what_is_stated_of_layers(kind, radii_px, scale, cell_px, device):
+def test_random_cells_keep_to_what_is_stated_of_layers(kind, radii_px, scale, cell_px, device, monkeypatch):
+    monkeypatch.setattr(allotment, "may_be_sharp", lambda optics: False)  # which leaves less of the smallest circles
     found, stated, _ = found_and_stated(layered_shot(kind, radii_px, scale, cell_px), device)
     assert 0.25 * stated < found < stated
 
