@@ -34,16 +34,17 @@ def radius_px(lens: Lens, pitch_um: float, depth_m: float) -> float:
 class SeenPlaces:
     """What the photosites of a window see of the surfaces of a scene.
 
-    x, y: middles of columns and rows (columns,), (rows,) [photosites from the sensor's corner]. radii_px: blur radius of each
-    surface. speeds: of each surface, to the right and down, where all move evenly and the camera stands [scene pixels/s];
-    motion: of anything else, planned for the reference path; None: that is all. opened_s: time from the release at which each
-    row opens (rows,), and open_s how long each is open [s].
+    x, y: middles of columns and rows (columns,), (rows,) [photosites from the sensor's corner]. radii_px, depths_m: blur radius
+    and distance of each surface. speeds: of each surface, to the right and down, where all move evenly and the camera stands
+    [scene pixels/s]; motion: of anything else, planned for the reference path; None: that is all. opened_s: time from the
+    release at which each row opens (rows,), and open_s how long each is open [s].
     """
 
     projection: Projection
     x: np.ndarray
     y: np.ndarray
     radii_px: tuple[float, ...]
+    depths_m: tuple[float, ...]
     speeds: tuple[tuple[float, float], ...]
     motion: MotionPlan | None
     opened_s: np.ndarray
@@ -54,13 +55,14 @@ class SeenPlaces:
         """Return what the photosites of a shot's plan see."""
         window, layers = planned.optics.window, load_scene(shot.scene).layers
         x, y = window.x + np.arange(window.width) + 0.5, window.y + np.arange(window.height) + 0.5
-        radii = tuple(radius_px(shot.lens, shot.camera.pixel_pitch_um, float(layer.depth_m)) for layer in layers)
+        depths = tuple(float(layer.depth_m) for layer in layers)
+        radii = tuple(radius_px(shot.lens, shot.camera.pixel_pitch_um, depth) for depth in depths)
         motion = None
         if shot.motion is not None and not _moves_evenly(shot):
             motion = plan(replace(shot, tolerance=0.0)).optics.motion
         speeds = tuple((0.0, 0.0) if motion is not None else _speed(shot, number) for number in range(len(layers)))
         opened_s = _seconds_per_row(shot, shot.camera.height_px) * (y - 0.5)
-        return cls(planned.optics.projection, x, y, radii, speeds, motion, opened_s, shot.exposure.time_s)
+        return cls(planned.optics.projection, x, y, radii, depths, speeds, motion, opened_s, shot.exposure.time_s)
 
     @property
     def is_upright(self) -> bool:
@@ -97,12 +99,16 @@ class SeenPlaces:
 
     @cached_property
     def _homographies(self) -> list[np.ndarray]:
-        """Those from the sensor to places at rest, of each surface, (rows or 1, INSTANTS, 3, 3), at instants of equal light."""
+        """Those from the sensor to places at rest, of each surface, (rows or 1, INSTANTS, 3, 3), at instants of equal light.
+
+        Layers at one distance are planned as one surface where none moves by itself, so that its distance is all that counts.
+        """
         assert self.motion is not None
         path = self.motion.path
         rows = np.floor(self.y).astype(np.intp) if path.lines.axis == "rows" else np.zeros(1, np.intp)
         poses = path.of_lines(rows).instants(INSTANTS, "light").pose_numbers
-        return [path.motion.homographies(poses, surface) for surface in range(len(self.radii_px))]
+        is_joined = len(path.motion.surfaces) < len(self.depths_m)
+        return [path.motion.homographies(poses, 0 if is_joined else layer, depth) for layer, depth in enumerate(self.depths_m)]
 
 
 def _moves_evenly(shot: Shot) -> bool:

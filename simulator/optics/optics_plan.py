@@ -414,7 +414,8 @@ class OpticsPlan:
         weights[bands] = self.weights[bands]
         glare = None if self.veiling_glare is None else self.veiling_glare.lit_by(bands)
         motion = self.flash_motion if is_flash else self.motion
-        return replace(self, weights=weights, veiling_glare=glare, motion=motion)
+        joint = None if motion is None else self.joint
+        return replace(self, weights=weights, veiling_glare=glare, motion=motion, joint=joint)
 
     @property
     def moves_pixels(self) -> bool:

@@ -10,6 +10,7 @@ from helpers.camera_builders import small_camera
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.flash import Flash
 from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.exposure.vector_maps import VectorMap
@@ -19,6 +20,7 @@ from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.arrays import scene_from_rgb
+from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera import Camera, IsoSetting
 from simulator.sensor.camera.hdr_readout import HdrReadout
 
@@ -62,6 +64,27 @@ def test_a_flash_freezes_what_the_ambient_light_blurs():
     assert edge_widths(flash).max() <= 1
     middle = WIDTH - (flash / flash[:, -1:]).sum(axis=1)
     assert np.abs(middle - 40.0).max() < 0.1
+
+
+def test_a_flash_freezes_what_is_out_of_focus_too():
+    """It has the blur of the lens alone, while points of the aperture carry the motion under the light that is there."""
+    near = np.repeat((np.arange(WIDTH) < 20.0)[None, :], HEIGHT, axis=0).astype(np.float32)
+    light = 0.005 * near[..., None] * SCENE.planes.max(), 0.01 * SCENE.planes
+    scene = replace(SCENE, planes=light[0], coverage=near, depth_m=1.5, behind=(Layer(light[1], 3.0),))
+    for array in scene.arrays():
+        array.setflags(write=False)
+    motion = Motion(layers={0: LayerMotion((Speed(800.0, "px/s"), Speed(0.0, "px/s")))})
+    lens, camera = ThinLens(50.0, 2.0, 2.0, cos4=False), small_camera(WIDTH, HEIGHT, pixel_pitch_um=PITCH_UM)
+    ambient = Shot(scene, lens, Exposure(0.01), camera, motion=motion, tolerance=1.0)
+    lit = replace(ambient, exposure=Exposure(0.01, flash=Flash(length_s=1e-9, guide_number_m=0.5)))
+    (_, steady), (_, flash) = plan(lit).by_light()
+    assert steady.optics.joint is not None and flash.optics.motion is None and flash.optics.joint is None
+    moved, still = (
+        simulate(replace(lit, motion=one)).mean_electrons.astype(float)
+        - simulate(replace(ambient, motion=one)).mean_electrons.astype(float)
+        for one in (motion, None)
+    )
+    assert np.abs(moved - still).max() < math.sqrt(still.max()) < 0.1 * still.max()
 
 
 @pytest.mark.parametrize("motion", [PAN, Motion(camera=SteadyMotion(pan_deg_per_s=SPEED))])
