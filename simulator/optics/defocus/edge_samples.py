@@ -70,30 +70,42 @@ def lacked_sigma(layers: Sequence[Layer], samples: EdgeSamples, projection: Proj
     corners = np.array([projection.offset_x, projection.offset_y]) + middles - 0.5 * side
     shares = np.broadcast_to(samples.shares, (len(samples.ways), samples.shares.shape[1]))
     per_e, lacked = accuracy.electrons_per_radiance, np.zeros(len(corners))
-    for photosite, corner in enumerate(corners):
+    ways_px = projection.scale * samples.ways
+    is_cut = _are_cut(layers, corners, ways_px, samples.line, side)
+    for photosite in np.flatnonzero(is_cut.any(axis=1)):  # all others lack nothing
         line, weights = samples.line[photosite], samples.weights[photosite]
-        places = corner + projection.scale * samples.ways[line]  # (instants, layers, 2)
-        light, covariance = _seen(layers, places, side, weights)
+        light, covariance = _seen(layers, corners[photosite] + ways_px[line], is_cut[photosite], side, weights)
         light, left = shares[line] @ light, shares[line] @ covariance
         lacked[photosite] = per_e * abs(left) / np.sqrt(max(per_e * light + accuracy.read_noise_e**2, 1.0))
     rare = RARE / samples.crossed if samples.crossed else 1.0
     return MARGIN / over * float(np.quantile(lacked, 1.0 - rare, method="higher")) if rare < 1.0 else 0.0
 
 
-def _seen(layers: Sequence[Layer], places: np.ndarray, side: float, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _are_cut(layers: Sequence[Layer], corners: np.ndarray, ways_px: np.ndarray, lines: np.ndarray, side: float) -> np.ndarray:
+    """Whether the edge of a layer may lie in photosites with these corners, as lines displace them, (photosites, instants)."""
+    count, instants = math.ceil(side - SAME) + 1, ways_px.shape[1]
+    pixels = np.stack(np.meshgrid(*[np.arange(count)] * 2), axis=-1).reshape(-1, 2)
+    found = np.zeros((len(corners), instants), bool)
+    together = max(CELLS_TOGETHER // (instants * len(pixels)), 1)
+    for part in (slice(first, first + together) for first in range(0, len(corners), together)):
+        for number, layer in enumerate(layers[:-1]):
+            first = np.floor(corners[part, None] + ways_px[lines[part], :, number])  # (photosites, instants, 2)
+            covered = _coverage(layer, *_pixels(layer, first[..., None, :] + pixels))
+            found[part] |= (covered != covered[..., :1]).any(axis=-1)
+    return found
+
+
+def _seen(
+    layers: Sequence[Layer], places: np.ndarray, is_cut: np.ndarray, side: float, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Light of a photosite whose corner lies at `places`, and what composites of means lack of it, (instants,) each.
 
-    Where no edge lies in it, which lacks nothing, its light is that of its middle.
+    Where no edge lies in it, which lacks nothing, its light is that of its middle. is_cut: (instants,) of `_are_cut`.
     """
-    lacked, pixels = np.zeros(len(places)), np.arange(math.ceil(side - SAME) + 1)
+    lacked, pixels = np.zeros(len(places)), math.ceil(side - SAME) + 1
     light = _composite(_read(layers, places[:, None] + 0.5 * side, weights))[:, 0]
-    down, across = np.meshgrid(pixels, pixels, indexing="ij")
-    touched = np.floor(places)[:, None] + np.stack([across.ravel(), down.ravel()], axis=-1)[:, None]
-    is_cut = np.zeros(len(places), bool)
-    for number, layer in enumerate(layers[:-1]):
-        is_cut |= np.ptp(_coverage(layer, *_pixels(layer, touched[:, :, number])), axis=1) > 0.0
     cut = np.flatnonzero(is_cut)
-    together = max(CELLS_TOGETHER // (len(layers) * len(pixels) + 1) ** 2, 1)
+    together = max(CELLS_TOGETHER // (len(layers) * pixels + 1) ** 2, 1)
     for part in (cut[first : first + together] for first in range(0, len(cut), together)):
         begins, widths = _cells(places[part], side)
         cells = begins + 0.5 * widths  # (instants, cells, 2)
