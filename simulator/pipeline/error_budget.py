@@ -97,7 +97,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         scale, reads_pixels = optics.projection.scale, optics.reads_pixels
         terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=scale, reads_pixels=reads_pixels)
     elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not _rays_meet_pixels(optics)):
-        terms += ray_terms(blur)
+        terms += ray_terms(blur, contrast)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels)
     else:

@@ -85,6 +85,20 @@ def rim_share(scale: float, samples_per_axis: int) -> float:
     return min(2.0 / 27.0 * max(scale, 1.0) / samples_per_axis**2, RIM_SHARE)
 
 
+def moved_rim_error(lamp: float, accuracy: Accuracy, dark: float, scale: float, samples_per_axis: int) -> float:
+    """Error of rays at the rim of a lamp's spot whose pixel samples mix, in the noise of what is around it.
+
+    A pixel of the side w that covers a sample of the side 1 / n by o at one end has o / w of its light there, whose middle
+    lies (1/n - o) / 2 beside that of the part. Where a rim goes through the pixel's image in a photosite, one end counts: at
+    most 1 / (8 w n^2) of the spot. Rims that are not along the photosites leave less of the dark, where these are lit less.
+
+    lamp, dark: light of the spot and around it, as shares of the brightest light. scale: scene pixels per photosite.
+    """
+    share = min(max(scale, 1.0) / (8.0 * samples_per_axis**2), RIM_SHARE)
+    own_e2, dark_e2 = (light * accuracy.electrons + accuracy.read_noise_e**2 for light in (1.0, dark))
+    return share * lamp * math.sqrt(own_e2 / max(dark_e2, 1.0))
+
+
 def rim_error(lamp: float, accuracy: Accuracy, dark: float = 1.0, share: float = RIM_SHARE) -> float:
     """Error at the rim of a lamp's spot where nothing else is lit, so that it counts in the noise of the dark; else 0.
 

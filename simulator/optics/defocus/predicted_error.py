@@ -34,6 +34,7 @@ from simulator.optics.defocus.lamp_laws import (
     RIM_SHARE,
     gathered_lamp_error,
     lamp_crossing_error,
+    moved_rim_error,
     rim_error,
     rim_share,
     spot_error,
@@ -174,14 +175,18 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixe
     return terms
 
 
-def ray_terms(defocus: Defocus) -> list[ErrorTerm]:
+def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:
     """Predict what rays leave whose samples, `ray_samples` per axis of a photosite, mix parts of a fine scene's pixels."""
     accuracy, smallest_px = defocus.accuracy, min(least for least, _ in defocus.of_scene().ranges_px)
     if not accuracy.detail:
         return []
     left = OF_SQUARES * float(square_error(np.array(smallest_px), accuracy.ray_samples, defocus.scale, accuracy.detail))
     cause = f"rays that meet means over {accuracy.ray_samples} x {accuracy.ray_samples} parts of a photosite"
-    return [ErrorTerm(BLUR, cause, accuracy.in_sigma(left), EVEN_SCENE)]
+    found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left), EVEN_SCENE)]
+    if contrast.lamp > 0.0:
+        left = moved_rim_error(contrast.lamp, accuracy, contrast.around_lamps, defocus.scale, accuracy.ray_samples)
+        found.append(ErrorTerm(BLUR, f"edges of the spots of lamps, by {cause}", accuracy.in_sigma(left), EVEN_SCENE))
+    return found
 
 
 def squares_left(accuracy: Accuracy, radius_px: float, samples_per_axis: int, scale: float, waves: float = math.inf) -> float:

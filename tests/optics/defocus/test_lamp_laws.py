@@ -9,8 +9,9 @@ from helpers.fine_frame import fine_shot, frame_radiance
 from helpers.lens_frame import depth_of
 from helpers.scene_builders import FixedScene
 
+from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.lamp_images import square_image
-from simulator.optics.defocus.lamp_laws import rim_share
+from simulator.optics.defocus.lamp_laws import moved_rim_error, rim_share
 from simulator.pipeline.planner import Plan
 from simulator.scene.scene import Layer
 
@@ -27,6 +28,35 @@ def test_what_samples_move_beyond_a_straight_rim_is_bounded(scale, samples):
         as_points = np.maximum(ends - 0.5 * side - end, 0.0)
         moved = max(moved, float(shares @ as_squares), float(shares @ as_points))
     assert 0.9 * min(rim_share(scale, samples), 0.15) < moved <= 1.001 * 2.0 / 27.0 * scale * side**2
+
+
+@pytest.mark.parametrize(("scale", "samples"), [(1.5, 8), (2.6875, 8), (3.3, 8), (2.6875, 16)])
+def test_rims_of_rays_move_with_the_middle_of_what_samples_spread(scale, samples):
+    """A pixel at all places among the samples, seen by a photosite that lies behind a straight rim through its middle."""
+    width, side, moved = 1.0 / scale, 1.0 / samples, 0.0
+    for begin in np.linspace(0.0, side, 400, endpoint=False):
+        borders = side * np.arange(np.ceil((begin + width) / side) + 1)
+        shares = np.diff(np.clip(borders, begin, begin + width)) / width
+        rim, last = begin + 0.5 * width, np.maximum(borders[:-1], begin + 0.5 * width)
+        behind = np.maximum(borders[1:] - last, 0.0) * (0.5 * (borders[1:] + last) - rim) / side
+        moved = max(moved, abs(float(shares @ behind) - 0.125 * width))
+    accuracy = Accuracy(electrons=100.0, read_noise_e=1.0)
+    assert moved_rim_error(1.0, accuracy, 1.0, scale, samples) == pytest.approx(0.125 * scale * side**2)
+    assert 0.9 * 0.125 * scale * side**2 < moved <= 1.001 * 0.125 * scale * side**2
+
+
+def test_rays_state_what_they_leave_of_the_rim_of_a_lamp():
+    """2.69 pixels per photosite, of which 8 x 8 samples mix those at their borders, against the lamp's exact image."""
+    scale, side, radius_px, electrons = 2.6875, 48, 9.3, 1500.0
+    light = np.ones([round(scale * side)] * 2, np.float32)
+    row, column = 64, 64
+    light[row, column] += 40000.0
+    found, planned = frame_radiance(replace(fine_shot(light, (side, side), radius_px, electrons), tolerance=0.0))
+    away = [np.arange(side) + 0.5 - (place + 0.5) / scale for place in (row, column)]
+    truth = electrons * (1.0 + 40000.0 * square_image(radius_px, 1.0 / scale, 1.0, *away))
+    left = float(np.quantile(np.abs(electrons * found - truth) / np.sqrt(truth + 1.0), 0.999))
+    stated = planned.error_budget.predicted_sigma
+    assert 0.3 * stated < left < stated
 
 
 def lamp_behind_a_layer(lit: float, radius_px: float, electrons: float, scale: float = 3.0) -> tuple[float, Plan]:
