@@ -48,6 +48,8 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: Noi
         electrons_per_radiance=per_radiance,
         brightest=electrons / per_radiance,
     )
+    if optics.projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers):
+        return replace(accuracy, pixel_detail=scene_detail(optics.scene, optics.weights, per_radiance, accuracy))
     if not gathers_squares(optics.projection, lens, sensor.camera):
         return accuracy
     detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)

@@ -194,7 +194,7 @@ def _choose_images(
     for layer, own in enumerate(defocus.radii_px):
         if np.ndim(own) == 0:
             radius[layer] = own
-    constant = np.maximum(greatest - radius, radius - least) <= defocus.accuracy.same_px
+    constant = np.maximum(greatest - radius, radius - least) <= defocus.accuracy.same_px_at(radius)
     coarse = ~constant & defocus.is_coarse(least, greatest)
     per_px = np.where(coarse, NODES_PER_PX, defocus.nodes_per_px)
     first, last = np.floor(least * per_px).astype(int) - 1, np.floor(greatest * per_px).astype(int) + 2

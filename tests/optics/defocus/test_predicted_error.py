@@ -329,6 +329,32 @@ def test_one_pixel_to_a_photosite_is_weighed_exactly(radius_px, device):
     assert plan(distorted).error_budget.predicted_sigma > 0.1
 
 
+@pytest.mark.parametrize("radius_px", [0.55, 0.65, 0.7, 1.0, 2.0, 5.0])
+@pytest.mark.parametrize("side_px", [1, 4])
+def test_one_circle_for_several_radii_keeps_to_what_is_allowed(radius_px, side_px):
+    """Of a scene of one pixel per photosite: random squares, in areas of two circles, in float64."""
+    accuracy = Accuracy(pixel_detail=1.0)
+    grows_px = float(accuracy.same_px_at(np.array(radius_px)))
+    assert grows_px < accuracy.same_px
+    squares = np.kron((np.random.default_rng(3).random((200 // side_px,) * 2) > 0.5) * 1.0, np.ones((side_px, side_px)))
+    one, other = (fftconvolve(squares, disk_weights(radius), mode="same") for radius in (radius_px, radius_px + grows_px))
+    left = np.abs(one - other)[12:-12, 12:-12]
+    assert 0.1 * accuracy.allowed < np.quantile(left, 0.999) <= accuracy.allowed
+
+
+def test_radii_that_show_edges_do_not_share_a_circle(device):
+    """A slightly tilted plane of random pixels, against areas of its circle in each photosite."""
+    rows, columns = 24, 192
+    picture, radii = np.random.default_rng(5).random((rows, columns)) ** 4, np.linspace(0.64, 0.72, columns)
+    depth_m = np.broadcast_to(depth_of(radii).astype(np.float32), picture.shape)
+    shot = Shot(band_scene(picture, depth_m), LENS, Exposure(0.0001), small_camera(columns, rows))
+    planned = measure(plan(shot), device)
+    weighed = [convolve(picture, disk_weights(radius), mode="nearest")[:, number] for number, radius in enumerate(radii)]
+    truth = np.stack(weighed, axis=1) * planned.optics.accuracy.electrons_per_radiance
+    truth *= run(planned, shot, device).mean() / truth.mean()
+    assert np.quantile(np.abs(z_scores_of_noise(run(planned, shot, device), truth, planned)), 0.999) < 0.2
+
+
 @pytest.mark.parametrize("is_linear", [True, False])
 def test_small_circles_count_by_bends_where_photosites_do_not_read_single_pixels(is_linear):
     """Random pixels, linear between their middles, or even squares over whose borders circles go: in float64."""
