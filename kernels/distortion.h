@@ -6,6 +6,7 @@
 #ifndef DISTORTION_H
 #define DISTORTION_H
 #include "conventions.h"
+#define LEAST_AREA 1e-3f // of an area as it is seen, over its own: far outside the sensor the polynomial folds, where no step is taken
 
 INLINE void undistort(const float x, const float y, const uint channel, float *right, float *down) {
     const float shrink = channel == 0 ? DISTORTION_SHRINK_0 : channel == 2 ? DISTORTION_SHRINK_2 : DISTORTION_SHRINK_1;
@@ -23,7 +24,7 @@ INLINE void undistort(const float x, const float y, const uint channel, float *r
         const float xx = radial + slope * a * a + 2.0f * DISTORTION_P1 * b + 6.0f * DISTORTION_P2 * a;
         const float xy = slope * a * b + 2.0f * DISTORTION_P1 * a + 2.0f * DISTORTION_P2 * b;
         const float yy = radial + slope * b * b + 2.0f * DISTORTION_P2 * a + 6.0f * DISTORTION_P1 * b;
-        const float scale = 1.0f / (xx * yy - xy * xy);
+        const float area = xx * yy - xy * xy, scale = area > LEAST_AREA ? 1.0f / area : 0.0f;
         way_x -= scale * (yy * miss_x - xy * miss_y);
         way_y -= scale * (xx * miss_y - xy * miss_x);
     }

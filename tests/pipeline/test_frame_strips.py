@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers.camera_builders import every_stage, small_camera
 from helpers.scene_builders import band_scene
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simulator.errors import PhotositeError
@@ -91,6 +91,7 @@ def test_the_plan_states_the_memory_of_a_strip():
     assert strips.by_strip()[0].strips == strips.strips[:1]
 
 
+@settings(deadline=None)
 @given(
     y=st.integers(0, 300),
     height=st.integers(30, 900),

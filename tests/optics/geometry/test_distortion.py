@@ -16,9 +16,12 @@ from helpers.scene_builders import band_scene
 from scipy.ndimage import map_coordinates
 
 from simulator.config import load_shot
+from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
-from simulator.optics.lens.distortion import Distortion, plan_warp
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
+from simulator.optics.geometry.projection import Projection, project_planes
+from simulator.optics.lens.distortion import Distortion, Warp, plan_warp
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
@@ -232,3 +235,13 @@ def test_distortions_that_no_lens_has_are_refused():
     plan(shot)
     with pytest.raises(PhotositeError, match="scene.field_of_view = 53.5 deg: the camera sees"):
         plan(dataclasses.replace(shot, lens=lens(Distortion(k1=-0.1, unit="half_diagonal"))))
+
+
+def test_samples_are_numbers_where_the_polynomial_folds():
+    """A barrel far beyond the sensor, in the margins of a small frame: running sums take one that is not along."""
+    warp = Warp(Distortion(k1=-0.0212, unit="half_diagonal"), 26.800186566514792, 16.0, 21.5, (1.0, 1.0, 1.0), steps=2)
+    projection = Projection(4.0, 0.0, 0.0, 128, 172, 5, False, warp)
+    device, layout = open_device(), InterleavedColumns(4, 544, 160)
+    planes, sampled = device.upload(np.ones((1, 172, 128), np.float32)), device.empty(layout.shape(1), np.float32)
+    project_planes(device, projection, planes, 1, sampled, 0, layout, (-160, -132))
+    assert np.isfinite(device.download(sampled, layout.shape(1), np.float32)).all()
