@@ -12,6 +12,7 @@ from audit.measured_shot import Record
 ASKED_COVERAGE, ASKED_TIGHTNESS, ASKED_RANKED, ASKED_FACTOR = 0.99, 0.1, 0.9, 1.5
 MOST_UNJUDGED = 0.05  # share of shots whose truth may be too unsure to judge them
 ZERO = 1e-6  # error below which a prediction says nothing: rounding of single precision
+ROUNDINGS = 10.0 * 2.0**-24  # of single precision, in a sum of light: two methods differ by as much of it
 
 
 @dataclass(frozen=True)
@@ -69,11 +70,12 @@ def tightness(records: Iterable[Record]) -> float:
 
 
 def is_looser(record: Record) -> bool:
-    """Whether the tighter tolerance has the larger error, beyond what the truth may be off by.
+    """Whether the tighter tolerance has the larger error, beyond what the truth may be off by, and roundings of its light.
 
     What the scene does not hold, the reference path assumes, too: no method is nearer to it than what the plan states of that.
     """
-    return record.tighter_p99_9 > max(record.p99_9 + 3.3 * record.truth_sigma + ZERO, record.input_sigma)
+    rounded = ROUNDINGS * math.sqrt(max(record.electrons, 1.0))
+    return record.tighter_p99_9 > max(record.p99_9 + 3.3 * record.truth_sigma + rounded, record.input_sigma)
 
 
 def ranked_share(predicted: Sequence[float], measured: Sequence[float]) -> float:

@@ -194,6 +194,7 @@ def test_figures_of_made_up_records():
     assert [one["reached"] for one in verdicts(found)] == [False, True, True, True, False, False, True]
     assert is_looser(record(tighter_p99_9=0.051)) and not is_looser(record(tighter_p99_9=0.05))
     assert not is_looser(record(tighter_p99_9=0.06, truth_sigma=0.01))
+    assert not is_looser(record(tighter_p99_9=0.05 + 5e-5, electrons=1e4))
     assert is_looser(record(tighter_p99_9=0.06, input_sigma=0.05)) and not is_looser(
         record(tighter_p99_9=0.06, input_sigma=0.06)
     )
