@@ -11,6 +11,7 @@ from simulator.optics.defocus.predicted_error import (
     error_terms,
     ignored_error,
     ray_terms,
+    small_circles,
     terms_by_distance,
 )
 from simulator.optics.defocus.scene_light import mixed_edges_error
@@ -173,7 +174,7 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     if motion.method == "joint" and optics.defocus is not None:
         ends = [abs(end) for pair in optics.defocus.of_scene().ranges_px for end in pair]
         if min(ends) > SMALL_PX:
-            return []
+            return [ErrorTerm(MOTION, cause, accuracy.in_sigma(_blurred_edges(optics)), RAYS)]
         over = max(int(optics.defocus.samples_per_axis(np.array([min(ends)]), np.array([max(ends)]))[0]), 1)
         if optics.tolerance == 0.0:  # rays meet one layer after the other
             if _rays_meet_pixels(optics):
@@ -185,3 +186,13 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
     share *= crossed_share(motion.length.longest_px, over)
     return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS, is_rare=True)]
+
+
+def _blurred_edges(optics: OpticsPlan) -> float:
+    """Error of points of aperture and time, which multiply means of layers out of focus, as a share of the brightest light.
+
+    They read samples as points of the aperture alone do. The reference has rays that meet one layer after the other.
+    """
+    if optics.defocus is None or optics.tolerance == 0.0:
+        return 0.0
+    return (optics.contrast.within + optics.contrast.lamps_within) * small_circles(optics.defocus.of_scene())

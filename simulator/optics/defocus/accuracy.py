@@ -26,6 +26,8 @@ FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and th
 MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
 AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
+MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
+ALIKE_PX = 0.8  # difference of signed radii up to which layers hide the same parts at each point of the aperture [photosites]
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
 
@@ -308,14 +310,15 @@ def small_circles_error(smaller_px: float, apart_px: float, samples_per_axis: in
 
     What lies within a sample hides its other part, and layers with nearly the same circle hide the same parts at each point of
     the aperture. That is a covariance within samples, at most a quarter, whose signs differ from sample to sample. A circle
-    that lies inside a photosite of one scene pixel is seen through one point, so that it has none.
+    that lies inside a photosite of one scene pixel is seen through one point, so that it has none. Of larger ones some apart^2
+    pairs of pixels meet over the aperture, whose mean falls as 1 / apart.
 
     smaller_px: radius of the smaller circle. apart_px: difference of the signed radii. scale: scene pixels per photosite. It
     bounds 99.9 % of the photosites of random squares and of random pixels, black and white and grey, on both layers: 2 to 8
     pixels per photosite and 2 or 4 samples in float64, 0.5 to 1 against rays.
     """
     if abs(scale - 1.0) < 1e-3:
-        return 0.15 * min(1.2 / max(apart_px, 1e-3), 1.0) if smaller_px > 0.5 else 0.0
+        return MOST_COVARIANCE * min(ALIKE_PX / max(apart_px, 1e-3), 1.0) if smaller_px > 0.5 else 0.0
     if scale < 1.0:
         return 0.07
     wide = max(2.0 / samples_per_axis, 1.0)

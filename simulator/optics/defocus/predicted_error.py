@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from simulator.optics.defocus.accuracy import (
+    MOST_COVARIANCE,
     WAVE_CURVATURE,
     WIDE_PX,
     Accuracy,
@@ -47,7 +48,6 @@ RAYS = "give tolerance: 0 for rays"
 EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 INSIDE_PX = 0.32  # blur radius up to which the image of any aperture stays inside a photosite: a triangle reaches 1.56 radii
-MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
 # From what laws bound to p99.9. Squares: black and white ones (`mixed_squares` of benchmarks/stress).
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
 # Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
@@ -154,7 +154,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixe
         points_left = contrast.mixed * points_error(points, finest, own.largest_px)
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=falls)
     if len(radii) > 1:
-        small = _small_circles(own)
+        small = small_circles(own)
         add("layers with circles as small as the samples", contrast.within * small, RAYS)
         hidden = contrast.lamps_mixed * points_error(points, finest, own.largest_px) + contrast.lamps_within * small
         if hidden > 0.0:
@@ -224,7 +224,7 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
         points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
         left = contrast.mixed * points_error(points, finest, own.largest_px)
         add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
-        small = _small_circles(own)
+        small = small_circles(own)
         add("layers with circles as small as the samples", contrast.within * small, LAYERED)
         add(
             "lamps that layers hide",
@@ -244,7 +244,7 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
     return terms
 
 
-def _small_circles(defocus: Defocus) -> float:
+def small_circles(defocus: Defocus) -> float:
     """Largest `small_circles_error` of two layers, one of them out of focus; a layer of many radii has its extremes."""
     ends = [{float(np.min(radius)), float(np.max(radius))} for radius in defocus.radii_px]
     found = [0.0]
