@@ -9,6 +9,7 @@ from simulator.optics.defocus.accuracy import LAMP_PEAK, MOST, hidden_error
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UNIT_PX, LEAST_APART_PX, Defocus
 from simulator.optics.defocus.edge_laws import edge_error
+from simulator.optics.defocus.lamp_laws import mixed_lamp_error, mixed_lamp_share
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Limit
 
@@ -19,6 +20,9 @@ ASIDE = 0.3  # error of one point that is read aside, 99.9 % of photosites, per 
 BESIDE = 0.25  # error at the border of a scene whose light is read between samples, per second difference and square of samples
 SAME_SCALE = 1e-6  # difference of scales that are the same
 FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
+STAYS_PX = 0.5  # longest way of a lamp beside which the light is known: `SceneContrast.around_lamps` looks so far [photosites]
+RADII = 33  # blur radii between a lamp's and the largest at which samples are counted
+RAYS = "give tolerance: 0 for rays"
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
 LESS_TURN = "focus or stop the lens down until all is sharp, turn the picture less, or tolerance: 0 for rays"
 LESS_SHIFT = "move the camera less, give a smaller aperture, or tolerance: 0 for rays"
@@ -72,6 +76,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
         found.append(JointTerm(f"surfaces that turn away, slope times shift {lean:.2g}", away, LESS_SHIFT))
     if accuracy.peak >= LAMP_PEAK:
         found.append(JointTerm("dots of lamps", _lamp_error(defocus, points), TIGHTER))
+        found += _mixed_lamp_terms(defocus, contrast)
     if contrast.behind > 0.0:
         share = hidden_error(contrast.behind)
         found.append(JointTerm("background behind edges, which the scene does not show", share, LAYERS, "input"))
@@ -91,6 +96,24 @@ def _edge_terms(defocus: Defocus, contrast: SceneContrast) -> list[JointTerm]:
     share = edge_error(float(smallest[0]), finest, own.scale, contrast.edges)
     cause = f"edges between {finest} x {finest} samples per photosite"
     return [JointTerm(cause, share, TIGHTER, falls=finest < most_samples_per_axis(own, smallest))]
+
+
+def _mixed_lamp_terms(defocus: Defocus, contrast: SceneContrast) -> list[JointTerm]:
+    """Predict what samples that mix the pixels of a fine scene leave of a lamp: light of it in photosites beside it.
+
+    Those are as dark as where the lamp lies at rest, if it moves by less than is looked at around it; else they may be black.
+    """
+    own, motion, accuracy = defocus.of_scene(), defocus.motion, defocus.accuracy
+    if own.scale < 1.0 + SAME_SCALE or contrast.lamp_px > own.largest_px:
+        return []
+    assert motion is not None  # else there is no instant
+    radii_px = np.linspace(contrast.lamp_px, own.largest_px, RADII)
+    counts = own.samples_per_axis(radii_px, np.full(RADII, own.largest_px)).tolist()
+    share = max(mixed_lamp_share(own.scale, *pair) for pair in zip(counts, radii_px.tolist(), strict=True))
+    is_near = motion.reach_px(own.largest_px) <= STAYS_PX and not motion.rest_px.any()
+    dark = contrast.around_lamps if is_near and contrast.lamp > 0.0 and contrast.lamp_px > accuracy.sharp_px else 0.0
+    left = mixed_lamp_error(share, own.scale, own.area.open_side, accuracy, dark)
+    return [JointTerm(f"lamps between {counts[0]} x {counts[0]} samples per photosite", left, RAYS)]
 
 
 def sampled_detail(contrast: SceneContrast, has_edges: bool) -> float:

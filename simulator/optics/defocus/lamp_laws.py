@@ -99,6 +99,32 @@ def moved_rim_error(lamp: float, accuracy: Accuracy, dark: float, scale: float, 
     return share * lamp * math.sqrt(own_e2 / max(dark_e2, 1.0))
 
 
+def mixed_lamp_share(scale: float, samples_per_axis: int, radius_px: float) -> float:
+    """Share of a lamp's light beside it where a photosite's border lies anywhere in samples that mix its pixel.
+
+    A pixel of the side w = 1 / scale covers the part o of a sample of the side 1 / n, which spreads o / w of the light evenly.
+    What moves is read anywhere: a border that lies b >= o within the sample has o n (1/n - b) / w beyond it, at most
+    1 / (4 w n); light between samples, and points inside the photosite, leave no more. A circle reads it at many places, no
+    more than 1 / radius of them to a photosite (a disc 2 / pi, a triangle 0.86), which leaves at most
+    o n (1/n - o)^2 / (2 w radius), 2 / (27 w n^2 radius). A path along the border takes nothing from that.
+
+    scale: even squares of the scene per photosite and axis. radius_px: of the lamp's blur circle.
+    """
+    standing = scale / (4.0 * samples_per_axis)
+    spread = 2.0 / 27.0 * scale / (samples_per_axis**2 * max(radius_px, 1e-9))
+    return min(standing, spread, 1.0)
+
+
+def mixed_lamp_error(share: float, scale: float, open_side: float, accuracy: Accuracy, dark: float) -> float:
+    """Error of such a share of the light of a lamp of one scene pixel beside it, as a share of the brightest light.
+
+    share: of `mixed_lamp_share`. open_side: of the photosites. dark: light there, as a share of the brightest light, in whose
+    noise it counts.
+    """
+    noise_e2 = max(dark * accuracy.electrons + accuracy.read_noise_e**2, 1.0)
+    return accuracy.sigma * share * accuracy.peak * accuracy.electrons / (scale * open_side) ** 2 / math.sqrt(noise_e2)
+
+
 def rim_error(lamp: float, accuracy: Accuracy, dark: float = 1.0, share: float = RIM_SHARE) -> float:
     """Error at the rim of a lamp's spot where nothing else is lit, so that it counts in the noise of the dark; else 0.
 

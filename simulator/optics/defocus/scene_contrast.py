@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import Accuracy, grid_error, twice_blurred_share
+from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy, grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
@@ -44,6 +44,7 @@ class SceneContrast:
         light behind it: the first one's own light is a mean, whatever is behind. within: the same over samples.
     lamps_mixed, lamps_within: the same with lamps, in the noise of the light without them, where pixels are wider than
         photosites: edges, which end over a pixel, leave light of lamps that they hide; 0: there are none.
+    lamp_px: least blur radius of pixels that are lamps; inf: none is [photosites].
     bent: `bent_surfaces.bent_error` of surfaces without steps, that of lamps left out.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
@@ -71,6 +72,7 @@ class SceneContrast:
     lamps_mixed: float = 0.0
     lamps_within: float = 0.0
     bent: float = 0.0
+    lamp_px: float = 0.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -104,6 +106,7 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
         within=ranges.get("within", 0.0),
         lamps_mixed=ranges.get("lamps_mixed", 0.0),
         lamps_within=ranges.get("lamps_within", 0.0),
+        lamp_px=math.inf if defocus.accuracy.peak < LAMP_PEAK else min(_least_lamp_px(*pair, to_share) for pair in layers),
         bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
     )
 
@@ -170,6 +173,13 @@ def _brightest_spot(scene: Scene, number: int, to_share: np.ndarray, defocus: De
     brightest = brightest[spots[brightest] > 0.1 * spots.max()]
     places = zip(rows[brightest].tolist(), columns[brightest].tolist(), own[brightest].tolist(), strict=True)
     return float(spots.max()), min((_least_around(scene, to_share, scale, *place) for place in places), default=1.0)
+
+
+def _least_lamp_px(layer: Layer, radius_px: float | np.ndarray, to_share: np.ndarray) -> float:
+    """Least blur radius of a layer's pixels that are lamps; inf: none is [photosites]."""
+    is_lamp = (layer.planes > LAMP / np.maximum(to_share.sum(axis=1) * layer.planes.shape[2], 1e-30)).any(axis=2)
+    is_lamp[is_lamp] = (layer.planes[is_lamp] @ to_share).max(axis=1) > LAMP
+    return float(np.abs(np.broadcast_to(radius_px, is_lamp.shape)[is_lamp]).min(initial=math.inf))
 
 
 def _brightest_beside_lamps(layer: Layer, to_share: np.ndarray) -> float:
