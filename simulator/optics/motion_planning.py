@@ -159,6 +159,7 @@ def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: S
         border=max(edges, accuracy.lamp_contrast),
         sigma=accuracy.sigma,
         lamps=steepness * accuracy.lamp_contrast,
+        dark_lamps=steepness * accuracy.dark_lamp_contrast,
     )
 
 

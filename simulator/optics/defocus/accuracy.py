@@ -80,9 +80,18 @@ class Accuracy:
 
         A lamp is too small for the quantile of the brightest light, and much brighter.
         """
+        return self._lamp_contrast(0.1)
+
+    @property
+    def dark_lamp_contrast(self) -> float:
+        """The same in the noise of photosites that see nothing of it, where its path begins or ends."""
+        return self._lamp_contrast(0.0)
+
+    def _lamp_contrast(self, lit: float) -> float:
+        """Contrast of a lamp where photosites see this share of it."""
         if self.peak < LAMP_PEAK:
             return 0.0
-        noise = self.read_noise_e**2 + 0.1 * self.peak * self.electrons
+        noise = self.read_noise_e**2 + lit * self.peak * self.electrons
         return self.peak * math.sqrt((self.electrons + self.read_noise_e**2) / max(noise, 1.0))
 
     @property

@@ -71,7 +71,7 @@ class MotionNeed:
     texture: standard deviation of the scene's differences over one photosite, as a share of the brightest light.
     border: contrast of neighbouring pixels of the scene, as a share of the brightest light, where one covers the other.
     sigma: one standard deviation of the noise, as a share of the brightest light.
-    lamps: contrast of the scene's lamps, as `contrast`, which does not hold them.
+    lamps: contrast of the scene's lamps, as `contrast`, which does not hold them. dark_lamps: the same as `dark`.
     """
 
     contrast: float
@@ -84,6 +84,7 @@ class MotionNeed:
     border: float
     sigma: float
     lamps: float = 0.0
+    dark_lamps: float = 0.0
 
     @property
     def largest(self) -> float:
@@ -92,7 +93,7 @@ class MotionNeed:
 
     def of_share(self, share: float) -> Self:
         """Return the need of a part of the light whose edges are weaker by a factor."""
-        names = "contrast", "dark", "bend", "dark_bend", "texture", "border", "lamps"
+        names = "contrast", "dark", "bend", "dark_bend", "texture", "border", "lamps", "dark_lamps"
         return replace(self, **{name: share * getattr(self, name) for name in names})
 
     def behind(self, steepest: float) -> Self:
@@ -339,6 +340,9 @@ def plan_motion(
             "all is sharp",
             key="motion",
         )
+    if need.lamps and not textured:  # which all photosites have instants for
+        ends = spaced.dense_at_ends(max(count / spaced.excess, lamps), need.dark_lamps / need.lamps)
+        path, everywhere = path.spaced(ends.spacing), max(everywhere, ends.count)
     return MotionPlan("instants", path, length, everywhere, error, alike, even_count, reason=reason)
 
 

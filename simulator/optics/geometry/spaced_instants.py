@@ -1,7 +1,7 @@
 """How many instants a path of images needs, even ones or those that lie denser at its ends, whichever are fewer."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 from simulator.optics.geometry.end_spacing import EndSpacing
@@ -33,6 +33,16 @@ class SpacedInstants:
         middle = max(needed_instants(length, contrast, allowed, cut_off), length.longest_px)
         count = min(math.ceil(spacing.excess * middle - 1e-9), MOST_INSTANTS)
         return cls(count, spacing, contrast, length) if count < even.count else even
+
+    def dense_at_ends(self, middle: float, darker: float) -> Self:
+        """Return instants whose ends are as dense as lamps ask, or as these if that is more.
+
+        middle: even ones as dense as the middle needs. darker: contrast of lamps in the noise of the dark, as a share of that
+        in their own light.
+        """
+        darker = max(darker, 1.0 if self.spacing is None else self.spacing.dark)
+        spacing = EndSpacing(self.length.even_px, darker)
+        return replace(self, count=min(math.ceil(spacing.excess * middle - 1e-9), MOST_INSTANTS), spacing=spacing)
 
     @property
     def excess(self) -> float:

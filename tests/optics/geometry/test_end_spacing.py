@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from audit.drawn_shots import draw_shot
 
+from simulator import load_shot
 from simulator.optics.geometry.end_spacing import LIT_SHARE, EndSpacing
 from simulator.optics.geometry.instants import MOST_INSTANTS, PathLength, needed_instants
 from simulator.optics.geometry.spaced_instants import SpacedInstants
+from simulator.pipeline.planner import plan
 
 
 @pytest.mark.parametrize(("length_px", "dark"), [(0.3, 40.0), (5.06, 40.0), (30.0, 3.0)])
@@ -55,3 +58,39 @@ def test_even_instants_are_kept_where_they_are_fewer():
     assert spaced.count == needed_instants(length, 1.0, 0.002, 0.0)
     far = SpacedInstants.fewest(PathLength(5000.0, 5000.0), 1.0, 50.0, 1e-6, 0.0)
     assert far.count <= MOST_INSTANTS
+
+
+@pytest.mark.parametrize("lamp_e", [3e3, 1e5, 1e6])
+@pytest.mark.parametrize("length_px", [0.4, 1.43, 6.0])
+def test_a_lamp_at_the_end_of_a_path_is_seen_by_no_more_than_allowed(lamp_e, length_px):
+    """A quarter of a photosite wide, in float64, in its own noise and one electron; even instants miss more."""
+    length, width, allowed = PathLength(length_px, length_px), 0.25, 0.1
+    lit, dark = (lamp_e / width / np.sqrt(share * lamp_e + 1.0) for share in (LIT_SHARE, 0.0))
+    even = SpacedInstants.even(length, lit, allowed, 0.0)
+    spaced = even.dense_at_ends(even.count, dark / lit)
+    assert spaced.spacing is not None and even.count < spaced.count < 3.0 * even.count
+    begin = np.concatenate([np.linspace(-1.3, 0.05, 601), np.linspace(length_px - 0.05, length_px, 601)])
+
+    def light(borders: np.ndarray) -> np.ndarray:
+        places = length_px * 0.5 * (borders[1:] + borders[:-1]) - begin[:, None]  # of its front, in a photosite from 0 to 1
+        return lamp_e * np.clip(np.minimum(places, 1.0 + width - places) / width, 0.0, 1.0) @ np.diff(borders)
+
+    def passed(place: np.ndarray) -> np.ndarray:
+        entered, left = (np.clip(place - border, 0.0, width) for border in (0.0, 1.0))
+        return np.clip(place - width, 0.0, 1.0 - width) + entered**2 / (2.0 * width) + left - left**2 / (2.0 * width)
+
+    truth = lamp_e * (passed(length_px - begin) - passed(-begin)) / length_px
+    spacings = spaced.spacing.borders(spaced.count), np.linspace(0.0, 1.0, even.count + 1)
+    left, missed = (float((np.abs(light(borders) - truth) / np.sqrt(truth + 1.0)).max()) for borders in spacings)
+    assert left < allowed and missed > 2.0 * allowed
+
+
+def test_lamps_out_of_focus_that_move_past_a_border_have_instants_there(tmp_path):
+    """A lamp of 2 10^5 e-: 0.8 sigma were found at the end of its path where 0.28 were told."""
+    shot = load_shot(draw_shot(92, 77).write(tmp_path))
+    planned = plan(shot)
+    motion, accuracy = planned.optics.motion, planned.optics.accuracy
+    assert motion is not None and motion.method == "instants" and motion.path.spacing is not None
+    last_px = motion.length.longest_px * float(motion.path.spacing.borders(motion.count)[1])
+    missed_e = accuracy.peak * accuracy.electrons / 4.0 * last_px**2 / (8.0 * motion.length.longest_px)
+    assert missed_e < shot.tolerance
