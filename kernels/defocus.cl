@@ -1,14 +1,14 @@
 // Thin-lens defocus of one surface. The light of a photosite is the mean over the image of the aperture, whose signed radius may
 // change from photosite to photosite. That mean is tabulated at nodes 1 / NODES_PER_PX apart in radius and interpolated:
 //   light(x) = sum over nodes n of node_weight(radius(x), n) * mean over the aperture's image of node n's radius
-// A node's mean is a sum of taps. Most read running sums down the columns, where the image's weights change from one row to the next
-// (simulator/optics/defocus/aperture_kernel.py); small images are read from the samples themselves.
+// A node's mean is a sum of taps. Most are differences of running sums down the columns, between rows where the image's weights
+// change (simulator/optics/defocus/aperture_kernel.py); small images are read from the samples themselves.
 //
 // sampled: (planes, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, and with
 //          COVERAGE 1 one plane of coverage (0 to 1) after the CHANNELS colours; interleaved columns, a band with its margins.
 // sums:    (CHANNELS + COVERAGE, COLUMN_SETS, sample_rows + 2, set_columns) float32, of this surface. Rows 0 to sample_rows: sum of all
 //          samples above the row in its column, each less the column's minimum, which keeps sums and so their rounding
-//          errors small. Last row: the column's minimum.
+//          errors small; these do not add up (Kahan). Last row: the column's minimum.
 // radius:  (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus; OVER 1.
 // light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
 // open:    (height, width) float32, share of light that the nearer surfaces let through. COMPOSITE 1: this surface is composited
@@ -42,15 +42,15 @@ kernel void defocus_sums(global const float *restrict sampled, global float *res
     const size_t set = get_global_id(1), first = get_global_id(0) * SPAN, rows = band.sample_rows, columns = band.set_columns;
     global const float *value = sampled + row_start(COLUMN_SETS * first_plane + set, 0, rows, columns) + first;
     global float *sum = sums + row_start(set, 0, rows + 2, columns) + first;
-    float low[SPAN], running[SPAN];
+    float low[SPAN], running[SPAN], lost[SPAN]; // lost: by which the running sum is too large
     for (uint i = 0; i < SPAN; i++) low[i] = value[i];
     for (size_t row = 1; row < rows; row++)
         for (uint i = 0; i < SPAN; i++) low[i] = value[row * columns + i] < low[i] ? value[row * columns + i] : low[i];
-    for (uint i = 0; i < SPAN; i++) running[i] = 0.0f;
+    for (uint i = 0; i < SPAN; i++) running[i] = lost[i] = 0.0f;
     for (size_t row = 0; row < rows; row++)
         for (uint i = 0; i < SPAN; i++) {
             sum[row * columns + i] = running[i];
-            running[i] += value[row * columns + i] - low[i];
+            add_kept(value[row * columns + i] - low[i], running + i, lost + i);
         }
     for (uint i = 0; i < SPAN; i++) {
         sum[rows * columns + i] = running[i];
@@ -88,7 +88,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
                 global const float *summed = sums + row_start(set, OVER * row, rows + 2, columns) + column;
                 global const float *low = sums + row_start(set, rows + 1, rows + 2, columns) + column;
                 for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
-                add_taps(node.direct ? values : summed, taps + node.first_tap, node.taps, parity, mean);
+                add_image(node, values, summed, taps, parity, mean);
                 add_taps(low, taps + node.first_side, node.sides, parity, mean);
                 for (uint i = 0; i < SPAN; i++)
                     sum[what * SPAN + i] += corner_share(corner, zone_place(first_x + 2 * i), down) *

@@ -60,7 +60,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             const int layer = (int)slab[0], is_mapped = slab[1] >= 0.0f;
             global const float *point = points + POINT * ((size_t)block[4] + n + MOTION * layer * sampling.point_count);
             const float low = slab[2] + (slab[3] - slab[2]) * point[4], high = slab[3] + (slab[4] - slab[3]) * point[4];
-            const float middle = 0.5f * (low + high), s = !MOTION && middle > -0.5f && middle < 0.5f ? 0.0f : middle; // the blur circle lies inside the photosite
+            const float middle = 0.5f * (low + high), s = middle > -SHARP_PX && middle < SHARP_PX ? 0.0f : middle;
             const struct block_view view = view_block(point, block, s, start, band);
             const int dx = view.dx, dy = view.dy;
             const uint down = (OVER * block[1] + (uint)view.top) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)view.left) / (COLUMN_SETS * HALF_PATCH);

@@ -5,6 +5,10 @@
 #include "lanes.h"
 #include "slab_samples.h"
 
+// Blur circles that lie inside their sample do not blur where one sample is a photosite. Light that a photosite's own samples see apart
+// is blurred by any.
+#define SHARP_PX (MOTION + OVER == 1 ? 0.5f : 0.0f)
+
 // State of the photosites' rays through this point, and sums over points; ALL each.
 struct ray_state {
     float *before, *missed, *covered; // share of light that passes the layers in front; share that missed this layer so far; its coverage

@@ -98,16 +98,23 @@ def run_projection_radius(device: Device, inputs: Inputs) -> Outcome:
     v, u = 0.3 + scale * y - 0.5, -offset + scale * x - 0.5
     top, left = np.floor(v).astype(int), np.floor(u).astype(int)
     s, t, own = u - left, v - top, pixels.astype(np.float64)
-    a, b, c, d = (
-        own[np.clip(top + down, 0, GRID[0] - 1), np.clip(left + right, 0, GRID[1] - 1)] for down in (0, 1) for right in (0, 1)
-    )
-    corners = np.stack([a, b, c, d])
-    apart = corners.max(axis=0) - corners.min(axis=0)
+
+    def pixels_beside(reach: int) -> np.ndarray:
+        beside = range(1 - reach, reach + 1)
+        rows, columns = (
+            [np.clip(first + step, 0, size - 1) for step in beside] for first, size in zip((top, left), GRID, strict=True)
+        )
+        return np.stack([own[row, column] for row in rows for column in columns])
+
+    corners = a, b, c, d = pixels_beside(1)
+    apart, around = np.ptp(corners, axis=0), np.ptp(pixels_beside(2), axis=0)
     between = (1.0 - t) * ((1.0 - s) * a + s * b) + t * ((1.0 - s) * c + s * d)
     nearest = np.where(t < 0.5, np.where(s < 0.5, a, b), np.where(s < 0.5, c, d))
     exact = np.where(apart > projection.edge_px, nearest, between)
     unsure = (apart > projection.edge_px) & ((np.abs(s - 0.5) < 0.01) | (np.abs(t - 0.5) < 0.01))  # between two surfaces
     unsure |= np.abs(apart - projection.edge_px) < 1e-6
+    on_pixel = (np.abs(s - np.rint(s)) < 1e-4) | (np.abs(t - np.rint(t)) < 1e-4)
+    unsure |= on_pixel & (around > projection.edge_px)  # which four pixels are compared is rounded
     size = (np.abs(corners).max(axis=0) + apart) * max(abs(offset), (first + 36) * scale)
     return Outcome(np.where(unsure, exact, decoded), exact, size, 1.0)
 

@@ -81,6 +81,33 @@ def test_noise_on_a_diagonal_keeps_what_its_plan_promises(device):
     assert found is not None and 0.0 < found["promises"] <= 1.0
 
 
+def test_the_dark_beside_lights_of_ten_million_electrons_stays_dark(device):
+    """Where a search found 1.1 sigma of 0.1: running sums of large numbers, each times a weight, did not cancel in the dark."""
+    case = next(case for case in CASES if case.name == "scene_gather")
+    light = paint("lights", 2, (120, 160), 1e-6, 680.0)
+    light[:, :60] = 0.0
+    found = case.measure(device, {"light": light, "electrons": 2e4, "radius_px": 0.3, "scale": 4.0})
+    assert found is not None and found["sigma"] <= 0.02
+
+
+@pytest.mark.parametrize("radius_px", [0.2, 0.4999])
+def test_circles_inside_a_photosite_blur_behind_the_edge_of_a_nearer_surface(device, radius_px):
+    """Where a search found 2.8 sigma of 0.56: rays through samples of half a photosite took such circles for points."""
+    case = next(case for case in CASES if case.name == "occlusion")
+    stripes = {"kind": "stripes", "near_px": -2.0, "far_px": radius_px + 1.5, "period_px": 9.0, "slope": 0.0}
+    found = case.measure(device, {**stripes, "electrons": 6655.0})
+    assert found is not None and 0.0 < found["promises"] <= 0.5
+
+
+@pytest.mark.parametrize(("scale", "electrons"), [(2.7, 6289.0), (2.7, 2e4)])
+def test_rims_of_single_bright_pixels_over_black_keep_what_is_told_of_rectangles(device, scale, electrons):
+    """Where a search found 1.6 times of it, at half a photosite, for which the aperture had as few rectangles as for none."""
+    case = next(case for case in CASES if case.name == "scene_gather")
+    light = (np.random.default_rng(3).random((120, 160)) < 0.02).astype(np.float32)
+    found = case.measure(device, {"light": light, "electrons": electrons, "radius_px": 0.5, "scale": scale})
+    assert found is not None and 0.0 < found["promises"] <= 1.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=ids)
 def test_a_kernel_stays_within_its_bound_wherever_a_search_of_new_numbers_leads(device, launched, case):

@@ -78,9 +78,8 @@ def stated_of_small_circles(planned: Plan) -> float:
     ("kind", "radii_px", "scale", "cell_px"),
     [
         ("grey", (0.05, 0.07), 2, 1),  # nearly one circle, inside a sample
-        ("grey", (0.3, 0.4), 4, 4),
+        ("squares", (0.3, 0.4), 2, 3),
         ("squares", (1.2, 1.25), 1, 2),  # over photosites of one pixel
-        pytest.param("squares", (0.3, 0.4), 2, 4, marks=pytest.mark.slow),
         pytest.param("squares", (1.5, 1.6), 2, 4, marks=pytest.mark.slow),  # over many samples
     ],
 )

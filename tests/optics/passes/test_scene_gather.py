@@ -175,7 +175,7 @@ def test_rectangles_have_the_moments_of_the_aperture():
         assert (share @ x, share @ y) == pytest.approx(tuple(points.mean(axis=0)), abs=2e-3)
         variances = share @ (x**2 + half_width**2 / 3.0), share @ (y**2 + half_height**2 / 3.0)
         assert variances == pytest.approx(tuple((points**2).mean(axis=0)), rel=5e-3)
-    assert rectangle_count(np.array([0.1, 0.5, 0.6, 1.5])).tolist() == [8, 8, 16, 24]
+    assert rectangle_count(np.array([0.1, 0.5, 0.6, 1.5])).tolist() == [8, 12, 16, 28]
 
 
 def overlap(begin, side, half):
@@ -226,7 +226,7 @@ def test_tiles_that_a_lamp_reaches_take_more_rectangles_and_no_others():
     Behind blades, where lamps are not drawn by themselves.
     """
     blades = replace(LENS, aperture=Aperture(8, 12.0))
-    for row, expected in ((24.5, [8, 32, 8]), (16.5, [32, 32, 8])):
+    for row, expected in ((24.5, [12, 48, 12]), (16.5, [48, 48, 12])):
         pixels = np.full([round(2.7 * side) for side in SHAPE], 0.5)
         pixels[round(2.7 * row), 60] = 1e4
         shot = fine_shot(pixels, SHAPE, 0.4, 1000.0, lens=blades)
@@ -235,7 +235,7 @@ def test_tiles_that_a_lamp_reaches_take_more_rectangles_and_no_others():
         crop, _ = frame_radiance(replace(shot, camera=replace(shot.camera, window=Window(7, 20, 30, 15))))
         assert np.array_equal(crop, whole[20:35, 7:37])
     assert (
-        rectangles_of_tiles(measure(plan(fine_shot(0.0 * pixels + 0.5, SHAPE, 0.4, 1000.0)), open_device()).tiles) == 8
+        rectangles_of_tiles(measure(plan(fine_shot(0.0 * pixels + 0.5, SHAPE, 0.4, 1000.0)), open_device()).tiles) == 12
     ).all()
 
 
