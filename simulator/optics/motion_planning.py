@@ -160,6 +160,7 @@ def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: S
         sigma=accuracy.sigma,
         lamps=steepness * accuracy.lamp_contrast,
         dark_lamps=steepness * accuracy.dark_lamp_contrast,
+        has_corners=planned.projection.nearest or scale >= 1.0 - SAME_SCALE,
     )
 
 

@@ -240,6 +240,12 @@ class TimedPath:
         along = self.length.longest_px / max(float(np.linalg.norm(farthest)), 1e-300)
         return float(along * farthest[0]), float(along * farthest[1])
 
+    @property
+    def slant(self) -> float:
+        """Product of the cosine and the sine of the angle of any way to the right, the largest of all, up to 1/2."""
+        across, down = np.ptp(self.displacement_px, axis=0).T
+        return float((across * down / np.maximum(across**2 + down**2, 1e-300)).max(initial=0.0))
+
     def instants_error(self, count: int, length: "PathLength", contrast: float) -> float:
         """Return the predicted error of so many instants at edges, as `instants_error`; measured where the path turns back."""
         law = instants_error(count if self.spacing is None else count / self.spacing.excess, length, contrast)

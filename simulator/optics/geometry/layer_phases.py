@@ -104,7 +104,7 @@ def plan_phases(plan: MotionPlan, projection: Projection, layers: int, moving: i
     planes: of a layer's light and coverage.
     """
     scale, path = projection.scale, plan.path
-    allowed = _at_edges(plan, plan.count)
+    allowed = _at_edges(plan, min(plan.edge_count or plan.count, plan.count))
     last = len(path.lines.peak) - 1
     lines = np.unique(np.array([0, last // 2, last])) if not plan.is_common else np.zeros(1, np.intp)
     own = path.of_lines(lines)
@@ -115,7 +115,7 @@ def plan_phases(plan: MotionPlan, projection: Projection, layers: int, moving: i
     for finer in FINER:
         count = math.ceil(finer * plan.count)
         ways_px, weights = own.shifts(count, range(layers))
-        rest = allowed - _at_edges(plan, count) if finer > 1.0 else 1e-9
+        rest = max(allowed - _at_edges(plan, count), 1e-9)
         read_ns = READ_NS * count * read * reads_of(projection, scale)
         for steps in STEPS:
             phases = tuple(

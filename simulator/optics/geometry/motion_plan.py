@@ -13,6 +13,7 @@ from simulator.exposure.exposed_light import LightComponent
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMoves
 from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.end_spacing import LIT_SHARE
 from simulator.optics.geometry.fixed_blur import FixedBlur
 from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
 from simulator.optics.geometry.instants import (
@@ -72,6 +73,8 @@ class MotionNeed:
     border: contrast of neighbouring pixels of the scene, as a share of the brightest light, where one covers the other.
     sigma: one standard deviation of the noise, as a share of the brightest light.
     lamps: contrast of the scene's lamps, as `contrast`, which does not hold them. dark_lamps: the same as `dark`.
+    has_corners: whether light may end in corners, as squares do: not where it is read between pixels larger than photosites,
+        nor behind a blur.
     """
 
     contrast: float
@@ -85,6 +88,7 @@ class MotionNeed:
     sigma: float
     lamps: float = 0.0
     dark_lamps: float = 0.0
+    has_corners: bool = True
 
     @property
     def largest(self) -> float:
@@ -103,7 +107,8 @@ class MotionNeed:
         is seen by less than what is allowed needs no instants.
         """
         cut_off = min(self.cut_off, 0.5 * self.contrast * steepest / (math.pi * self.allowed))
-        return replace(self.of_share(steepest), border=self.border, cut_off=cut_off)
+        corners = self.has_corners and steepest == 1.0
+        return replace(self.of_share(steepest), border=self.border, cut_off=cut_off, has_corners=corners)
 
     def contrast_along(self, length_px: float) -> float:
         """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].
@@ -112,6 +117,21 @@ class MotionNeed:
         photosites of random pixels.
         """
         return max(self.contrast, self.bend, 1.6 * self.texture * math.sqrt(2.0 * self.cut_off * length_px))
+
+    def contrast_of_corners(self, length_px: float, slant: float) -> float:
+        """Return the contrast of the edge that is wrong by as much as corners of light over black past which a way slants.
+
+        A photosite on a chord c of a corner sees slant t (c - t) of the step C: light of C slant c^3 / 6 L in all.
+        Instants h apart are wrong by at most C slant c h^2 / 6 L, a twelfth at either end. In the noise of dark and light that
+        is most where the light is twice the variance of the dark, sqrt(3) times its noise. An edge is wrong by C h^2 / 8 L.
+
+        slant: of the path (`TimedPath.slant`). 0: there are no corners.
+        """
+        if not self.has_corners:
+            return 0.0
+        step = ((self.dark / self.contrast) ** 2 - 1.0) / LIT_SHARE  # over the variance of the dark
+        twice = 12.0 * length_px / max(slant * step, 1e-12)
+        return 4.0 / (3.0 * math.sqrt(3.0)) * self.dark * slant * min(twice ** (1.0 / 3.0), 1.0)
 
 
 @dataclass(frozen=True)
@@ -127,7 +147,8 @@ class MotionPlan:
     blur: what follows the method "swept_first"; None: another method. reason: why no cheaper method was taken; "": none is.
     lamp_count: instants of each line where lamps pass, if that is more than `count`; 0: it is not. even_count: even instants
     of each line that are as exact as `count`, which may lie denser at the ends of the path (`TimedPath.spaced`), and as those
-    of lamps. same_px: difference of shifts of the image that are the same [photosites].
+    of lamps. same_px: difference of shifts of the image that are the same [photosites]. edge_count: instants that edges need,
+    where corners need more; 0: all.
     """
 
     method: MotionMethod
@@ -142,6 +163,7 @@ class MotionPlan:
     reason: str = ""
     lamp_count: int = 0
     same_px: float = SAME_SHIFT_PX
+    edge_count: int = 0
 
     @property
     def is_common(self) -> bool:
@@ -279,7 +301,8 @@ def plan_motion(
         sigma = max(need.largest, need.dark) * farthest / need.sigma
         return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
     length = path.length
-    contrast = need.contrast_along(length.longest_px)
+    edges, corners = need.contrast_along(length.longest_px), need.contrast_of_corners(length.longest_px, path.slant)
+    contrast = max(edges, corners)
     steepest = max(need.largest, need.dark, need.dark_bend, contrast)
     same_px = min(SAME_SHIFT_PX, SAME_SHARE * need.allowed / steepest)
     path = path.straight_within(same_px)
@@ -289,6 +312,7 @@ def plan_motion(
     dark = max(need.dark, need.dark_bend, contrast)
     even = SpacedInstants.even(length, dark, need.allowed, need.cut_off)
     spaced = SpacedInstants.fewest(length, contrast, dark, need.allowed, need.cut_off)
+    of_edges = SpacedInstants.fewest(length, edges, dark, need.allowed, need.cut_off).count if corners > edges else spaced.count
     path, count, contrast = path.spaced(spaced.spacing), spaced.count, spaced.contrast
     tears = vectors is not None and vectors.tears(*(path.start_s + path.times_s[[0, -1]]))
     if tears:
@@ -311,6 +335,7 @@ def plan_motion(
     if deep is not None and parallax <= need.allowed:  # all of the surface moves as its nearest place
         deep, error = None, error + parallax
     swept = MotionPlan("swept", path, length, count, error, alike, even_count, vectors, lamp_count=lamp_count, same_px=same_px)
+    swept = replace(swept, edge_count=of_edges)
     if blur is None and deep is None:
         return swept
     reason = blur if isinstance(blur, str) else ""

@@ -7,6 +7,7 @@ from audit.drawn_shots import draw_shot
 from simulator import load_shot
 from simulator.optics.geometry.end_spacing import LIT_SHARE, EndSpacing
 from simulator.optics.geometry.instants import MOST_INSTANTS, PathLength, needed_instants
+from simulator.optics.geometry.motion_plan import MotionNeed
 from simulator.optics.geometry.spaced_instants import SpacedInstants
 from simulator.pipeline.planner import plan
 
@@ -94,3 +95,26 @@ def test_lamps_out_of_focus_that_move_past_a_border_have_instants_there(tmp_path
     last_px = motion.length.longest_px * float(motion.path.spacing.borders(motion.count)[1])
     missed_e = accuracy.peak * accuracy.electrons / 4.0 * last_px**2 / (8.0 * motion.length.longest_px)
     assert missed_e < shot.tolerance
+
+
+@pytest.mark.parametrize("electrons", [300.0, 20000.0])
+@pytest.mark.parametrize(("angle_deg", "length_px"), [(45.0, 2.0), (50.0, 3.9), (20.0, 9.0)])
+def test_a_corner_is_seen_by_no_more_than_allowed_wherever_a_path_slants_past_it(electrons, angle_deg, length_px):
+    """Of a quarter of the plane over black, in float64: in the middle of a path it gives little light, too."""
+    sigma = np.sqrt(electrons + 1.0) / electrons
+    edge, dark = (sigma * electrons / np.sqrt(lit * electrons + 1.0) for lit in (LIT_SHARE, 0.0))
+    need = MotionNeed(edge, dark, 0.0, 0.0, 0.0, 0.1 * sigma, 0.0, 0.0, sigma)
+    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    corners = max(need.contrast_of_corners(length_px, cos * sin), edge)
+    spaced = SpacedInstants.fewest(PathLength(length_px, length_px), corners, dark, need.allowed, 0.0)
+    places = np.linspace(0.45, 0.55, 9)[:, None, None], np.linspace(0.0, 0.6, 81)[:, None]  # of the chord; its length
+
+    def light(borders: np.ndarray) -> np.ndarray:
+        way = length_px * (0.5 * (borders[1:] + borders[:-1]) - places[0])
+        seen = np.clip(cos * way, 0.0, 1.0) * np.clip(sin * (places[1] - way), 0.0, 1.0)
+        return electrons * seen @ np.diff(borders)
+
+    assert spaced.spacing is not None
+    exact = light(np.linspace(0.0, 1.0, 2001))
+    error = np.abs(light(spaced.spacing.borders(spaced.count)) - exact) / np.sqrt(exact + 1.0)
+    assert 0.02 < error.max() <= 0.1
