@@ -1,6 +1,8 @@
 """Writes docs/stress.md from the worst inputs that `make stress` left in build/benchmarks, and keeps those beside it.
 
 python docs/make_stress.py [FOLDER]
+
+The chart needs matplotlib.
 """
 
 import json
@@ -11,6 +13,7 @@ from typing import Any
 
 DOCS = Path(__file__).resolve().parent
 PAGE, KEPT = DOCS / "stress.md", DOCS / "images" / "benchmarks" / "stress.json"
+CHART, LEAST = KEPT.with_suffix(".png"), 1e-4  # share of a bound that smaller ones count as in the chart
 SHOWN = 4  # inputs of a worst case
 TEXT = """\
 # Stress
@@ -38,6 +41,10 @@ beside it. `benchmarks/stress/` has the cases, `python -m stress --help` (with `
 | case | functions of kernels | worst [ulp] | bound | worst [σ] | bound | of its promise | inputs | at, among others |
 |---|---|---|---|---|---|---|---|---|
 {rows}
+
+![The worst of each case as a share of its bound](images/benchmarks/stress.png)
+
+Cases without any error stand at 10⁻⁴.
 
 ## Where the bounds come from
 
@@ -154,8 +161,34 @@ def row(name: str, record: dict[str, Any]) -> str:
     return f"| `{name}` | {kernels} | {' | '.join(figures)} | {record['tried']:,} | {'; '.join(told)} |"
 
 
+def share_of_bound(record: dict[str, Any]) -> float:
+    """The worst error of a case as a share of its bound, the largest of its units."""
+    bounds = {"ulps": record["most_ulps"], "sigma": record["most_sigma"], "promises": 1.0}
+    kept = {unit: most for unit, most in bounds.items() if record[unit] is not None and most is not None}
+    return max((record[unit] / most if most else float(record[unit] > 0.0) for unit, most in kept.items()), default=0.0)
+
+
+def draw(records: dict[str, Any]) -> None:
+    """Write the chart: a point for each case, the largest share on top; what stands right of 1 is a fault."""
+    from matplotlib.figure import Figure
+
+    shares = sorted((max(share_of_bound(record), LEAST), name) for name, record in records.items())
+    figure = Figure(figsize=(6.4, 0.17 * len(shares) + 0.8), layout="constrained")
+    axis = figure.subplots()
+    colors = ["#c8102e" if share > 1.0 else "#1a5468" for share, _ in shares]
+    axis.hlines(range(len(shares)), LEAST, [share for share, _ in shares], colors=colors, linewidth=1.0)
+    axis.scatter([share for share, _ in shares], range(len(shares)), c=colors, s=14, zorder=3)
+    axis.axvline(1.0, color="#8a6d3b", linewidth=1.0)
+    axis.set_yticks(range(len(shares)), [name for _, name in shares], fontsize=7)
+    axis.set(xscale="log", xlim=(0.8 * LEAST, 3.0), ylim=(-0.7, len(shares) - 0.3), xlabel="worst error found / bound")
+    if shares[-1][0] > 2.0:
+        axis.set_xlim(right=2.0 * shares[-1][0])
+    axis.spines[["top", "right"]].set_visible(False)
+    figure.savefig(CHART, dpi=120)
+
+
 def main() -> None:
-    """Copy the figures and write the page."""
+    """Copy the figures, draw the chart and write the page."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DOCS.parent / "build" / "benchmarks"
     KEPT.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(folder / "stress.json", KEPT)
@@ -169,6 +202,7 @@ def main() -> None:
         reasons="\n".join(f"- `{name}`: {record['why']}." for name, record in records.items()),
     )
     PAGE.write_text(text, encoding="utf-8")
+    draw(records)
     print(f"wrote {PAGE}")
 
 
