@@ -44,7 +44,7 @@ def ours(mean_e: np.ndarray, sensor: Sensor, info: DeviceInfo, at_once: int) -> 
     def run() -> None:
         last["codes"] = [expose_frame_stack(device, mean_e[part], settings[part]) for part in parts]
 
-    return Contestant(f"{photosite.named(info)}, {at_once} at once", run, lambda: np.concatenate(last["codes"]))
+    return Contestant(f"{photosite.named(info)}, {at_once} at once", run, lambda: np.concatenate(last["codes"]), True)
 
 
 def one_by_one(column: tuple[Contestant, ...]) -> Contestant:

@@ -32,8 +32,8 @@ INLINE void expose_row_pair(const struct row above, const struct row below, cons
     below.result[column] = (result_type)photosite(second, x, y | 1u, second_normals, second_bits, frame_seed, body_seed, parameters);
 }
 
-// The columns from `first` to `last` of a pair of rows, none of which reads what another writes. On a CPU compilers make vectors of
-// AT_ONCE columns, several registers, so that few instructions wait for the one before.
+// AT_ONCE columns from `first` of a pair of rows, none of which reads what another writes. On a CPU compilers make one vector of them,
+// several registers, so that few instructions wait for the one before.
 #if AT_ONCE > 1
 #define WIDE _Pragma("clang loop vectorize(assume_safety) vectorize_width(AT_ONCE)")
 #define NARROW _Pragma("clang loop vectorize(assume_safety) vectorize_width(8)") // for rare work: built in a fraction of the time
@@ -41,7 +41,7 @@ INLINE void expose_row_pair(const struct row above, const struct row below, cons
 #define WIDE
 #define NARROW
 #endif
-#define COLUMNS(vectors, statement) vectors for (size_t column = first; column < last; column += WORK_ITEMS) { \
+#define COLUMNS(vectors, statement) vectors for (size_t column = first; column < first + AT_ONCE; column++) { \
         const uint x = tile_x + (uint)column; \
         statement; \
     }

@@ -3,14 +3,15 @@
 // input:      (frames, height, width) float32: electron radiance [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the
 //             lens, or mean photoelectrons [e-] without IRRADIANCE and EXPOSURE; for PART == READOUT the collected electrons [e-].
 // output:     (frames, height, width) uint16 codes [DN]; for PART == CHARGE float32 collected electrons [e-].
-// tiles:      (tiles, 5) uint32: column and row of each tile's upper left corner in the stack, whose frames are stacked
+// tiles:      (tiles, 8) uint32: column and row of each tile's upper left corner in the stack, whose frames are stacked
 //             vertically; x and y of that corner on the sensor [px], since random numbers depend on the position on the sensor;
-//             and the index of its frame in `seeds` and `numbers`. One work-group per pair of rows of a tile.
+//             the index of its frame in `seeds` and `numbers`; its columns and rows [px]; and which rows of each pair lie in the
+//             frame (sensor_part.h). One work-group per pair of rows of a tile.
 // seeds:      (frames, 2) uint32: frame seed and body seed.
 // numbers:    (frames, NUMBERS) float32, the parameters of the stages; the host defines a macro STEM_FIELD for each
 //             (simulator/sensor/kernel/kernel_program.py).
-// width:      of the frames; columns: width of these tiles [px]; rows: of each pair that lie in the frame (sensor_part.h).
-// spare:      (tiles, columns), for results of the other row, which is computed all the same.
+// spare:      (tiles, widest), for results of the other row, which is computed all the same.
+// width:      of the frames; widest: of the tiles, each of which has AT_ONCE columns or more [px].
 // The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. PART: sensor_part.h.
 #include "random_numbers.h"
 #include "sensor_part.h"
@@ -73,32 +74,33 @@ INLINE float readout(float signal, const uint x, const uint y, const float *norm
 #define PHOTOSITES(vectors, hot) COLUMNS(vectors, \
         expose_row_pair(above, below, column, x, y, frame_seed, body_seed, parameters, hot))
 
-// Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape. On a CPU one
-// work-item runs along the row (WORK_ITEMS is 1), on a GPU each takes a column.
+// Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch. On a CPU one work-item runs along
+// the row (WORK_ITEMS is 1), on a GPU each takes a column.
 kernel void sensor(global const float *restrict input, global result_type *restrict output, global result_type *restrict spare,
                    global const uint *restrict tiles, global const uint *restrict seeds, constant float *restrict numbers,
-                   const uint width, const uint columns, const uint rows) {
-    const size_t tile = 5 * get_group_id(2), which = tiles[tile + 4];
+                   const uint width, const uint widest) {
+    global const uint *tile = tiles + 8 * get_group_id(2);
+    const uint which = tile[4], columns = tile[5], rows = tile[7];
+    const size_t row = 2 * get_group_id(1), index = (tile[1] + row) * width + tile[0];
+    if (row >= tile[6]) return; // of a lower tile than others of the launch
     const uint frame_seed = seeds[2 * which], body_seed = seeds[2 * which + 1];
     constant float *parameters = numbers + which * NUMBERS;
-    const uint tile_x = tiles[tile + 2], y = tiles[tile + 3] + 2 * get_group_id(1);
-    const size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + tiles[tile];
+    const uint tile_x = tile[2], y = tile[3] + (uint)row;
     const size_t next = rows == BOTH_ROWS ? index + width : index;
-    global result_type *unused = spare + get_group_id(2) * columns;
+    global result_type *unused = spare + get_group_id(2) * widest;
     const struct row above = {input + index, rows & FIRST_ROW ? output + index : unused};
     const struct row below = {input + next, rows & SECOND_ROW ? output + next : unused};
+    for (size_t left = get_local_id(0); left < columns; left += AT_ONCE * WORK_ITEMS) {
+        const size_t first = left + AT_ONCE <= columns ? left : columns - AT_ONCE; // the last vector begins within the one before
 #if HOT_PIXELS // few of them: code that counts their electrons runs only where a vector has one
-    for (size_t first = get_local_id(0); first < columns; first += AT_ONCE * WORK_ITEMS) {
-        const size_t last = first + AT_ONCE < columns ? first + AT_ONCE : columns;
         uint hot[AT_ONCE];
         COLUMNS(WIDE, hot[column - first] = hot_rows(x, y, body_seed, parameters))
-        size_t cold = first; // columns before the first hot one
-        while (cold < last && hot[cold - first] == 0u) cold++;
-        if (cold < last) PHOTOSITES(NARROW, 1)
+        size_t cold = 0; // columns before the first hot one
+        while (cold < AT_ONCE && hot[cold] == 0u) cold++;
+        if (cold < AT_ONCE) PHOTOSITES(NARROW, 1)
         else PHOTOSITES(WIDE, 0)
-    }
 #else
-    const size_t first = get_local_id(0), last = columns;
-    PHOTOSITES(WIDE, 0)
+        PHOTOSITES(WIDE, 0)
 #endif
+    }
 }

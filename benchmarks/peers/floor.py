@@ -32,4 +32,4 @@ def contestant(mean_e: np.ndarray, device: Device, random: bool, name: str) -> C
         device.run(kernel, (width, height), (row, 1), light=light, raw=codes, width=width)
         device.finish()
 
-    return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16))
+    return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16), builds=True)

@@ -83,7 +83,7 @@ def contestant(mean_e: np.ndarray, stages: list[Stage], device: Device, name: st
         launch_sensor(device, mosaic, codes, mean_e.shape, settings, KernelPart.WHOLE)
         device.finish()
 
-    return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16))
+    return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16), builds=True)
 
 
 def on_device(mean_e: np.ndarray, sensor: Sensor, info: DeviceInfo) -> Contestant:

@@ -86,6 +86,22 @@ def test_frames_of_one_kind_are_one_launch(device, monkeypatch):
     assert launched == ["tile_range", "sensor"]
 
 
+def test_tiles_of_all_shapes_are_one_launch_of_few_groups(device, monkeypatch):
+    """1031 is a prime: no part of a row but one photosite divides it evenly."""
+    launched = []
+
+    def run(kernel, size, group, **rest):
+        launched.append((kernel.name, np.prod(np.array(size) // np.array(group))))
+        launch(kernel, size, group, **rest)
+
+    launch = device.run
+    monkeypatch.setattr(device, "run", run)
+    settings = [FrameSetting(noise_model_stages(1.0, 2.0, **LEVELS), Seeds(frame=7), y=3)]
+    expose_frame_stack(device, np.full((1, 133, 1031), 1000.0), settings)
+    assert [name for name, _ in launched] == ["tile_range", "sensor"]
+    assert all(groups < 500 for _, groups in launched)
+
+
 def shot_of_everything():
     camera = small_camera(
         200,

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -230,6 +231,20 @@ def test_a_long_peer_runs_once_and_a_long_photosite_builds_its_kernels_first():
     many = {name: lambda name=name: runs.append(name) for name in ("Photosite", "NumPy")}
     found = turns(many, 3, long_s=-1.0)
     assert sorted(runs) == ["NumPy", "Photosite", "Photosite"] and found["NumPy"]["runs"] == found["Photosite"]["runs"] == 1
+
+
+def test_no_time_of_one_that_builds_its_kernels_counts_the_build():
+    """Its first run takes 30 ms of processor time, which is long here; the others take none."""
+    until = [time.process_time() + 0.03]
+
+    def run():
+        while until and time.process_time() < until[0]:
+            pass
+        until.clear()
+
+    builder = Contestant("every stage", run, lambda: np.empty(0), builds=True)
+    timing = contest([builder], 3, turn_s=1e-9, long_s=0.02)["every stage"]
+    assert len(timing.cpu_s) == 3 and max(timing.cpu_s) < 0.02
 
 
 def test_sections_have_functions_and_the_standard_size_leaves_the_long_ones():

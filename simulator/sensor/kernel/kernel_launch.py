@@ -115,7 +115,8 @@ def launch_sensor(
     tile_height: rows of the largest tile, 2 or more.
     """
     height, width = shape
-    vector, work_items = (VECTOR_PX, 1) if device.span > 1 else (1, device.row_px)
+    work_items = 1 if device.span > 1 else device.row_px
+    vector = VECTOR_PX if device.span > 1 and width >= VECTOR_PX else 1
     columns = tiles.column_edges(width, min(device.row_px, TILE_PX), vector)
     rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tile_height)
     frame_of_row = rows[:-1] // height
@@ -129,34 +130,26 @@ def launch_sensor(
     for group in form_launch_groups(settings, part.stems, device.constant_bytes):
         numbers = device.upload(group.numbers)
         seeds = device.upload(_seeds([settings[place] for place in group.places]))
-        inside = np.isin(frame_of_row, group.places)
-        for variant, mask in _tile_kinds(means, pairs, inside):
-            wanted = (means == variant) & (inside & (pairs == mask))[:, np.newaxis]
-            macros = {**group.defines, "POISSON_VARIANT": variant, "PART": int(part)}
+        inside = np.isin(frame_of_row, group.places)[:, np.newaxis]
+        for variant in np.unique(means[inside[:, 0]]):
+            macros = {**group.defines, "POISSON_VARIANT": int(variant), "PART": int(part)}
             macros |= {"AT_ONCE": vector, "WORK_ITEMS": work_items}
-            for (tile_width, tile_height), corners in tiles.join_pairs(columns, rows, wanted).items():
-                device.run(
-                    device.kernel("sensor", macros),
-                    (min(work_items, tile_width), -(-tile_height // 2), len(corners)),
-                    (min(work_items, tile_width), 1, 1),
-                    input=source,
-                    output=result,
-                    spare=result if mask == tiles.BOTH_ROWS else device.empty((len(corners), tile_width), np.float32),
-                    tiles=device.upload(_tiles(corners, height, settings, group.places)),
-                    seeds=seeds,
-                    numbers=numbers,
-                    width=width,
-                    columns=tile_width,
-                    rows=mask,
-                )
-
-
-def _tile_kinds(means: np.ndarray, pairs: np.ndarray, inside: np.ndarray) -> list[tuple[int, int]]:
-    """Return the combinations of Poisson variant and rows of pairs that occur in these rows of tiles."""
-    masks = np.broadcast_to(pairs[:, np.newaxis], means.shape)[inside]
-    return [
-        (int(variant), int(mask)) for variant, mask in np.unique(np.stack([means[inside].ravel(), masks.ravel()]), axis=1).T
-    ]
+            found = tiles.join_pairs(columns, rows, (means == variant) & inside)
+            tiles_of = _tiles(found, pairs, rows, height, settings, group.places)
+            widest, highest = found[:, 2:].max(axis=0).tolist()
+            device.run(
+                device.kernel("sensor", macros),
+                (min(work_items, widest), -(-highest // 2), len(found)),
+                (min(work_items, widest), 1, 1),
+                input=source,
+                output=result,
+                spare=result if (tiles_of[:, -1] == tiles.BOTH_ROWS).all() else device.empty((len(found), widest), np.float32),
+                tiles=device.upload(tiles_of),
+                seeds=seeds,
+                numbers=numbers,
+                width=width,
+                widest=widest,
+            )
 
 
 def _seeds(settings: Sequence[FrameSetting]) -> np.ndarray:
@@ -164,13 +157,19 @@ def _seeds(settings: Sequence[FrameSetting]) -> np.ndarray:
     return np.array([(setting.seeds.frame, setting.seeds.body) for setting in settings], np.uint32)
 
 
-def _tiles(corners: np.ndarray, height: int, settings: Sequence[FrameSetting], places: np.ndarray) -> np.ndarray:
-    """Return the argument `tiles` of kernels/sensor.cl, (tiles, 5) uint32, from tile corners x, y (tiles, 2) in the stack."""
+def _tiles(
+    found: np.ndarray, pairs: np.ndarray, rows: np.ndarray, height: int, settings: Sequence[FrameSetting], places: np.ndarray
+) -> np.ndarray:
+    """Return the argument `tiles` of kernels/sensor.cl, (tiles, 8) uint32.
+
+    found: tiles of `tiles.join_pairs`. pairs, rows: of `tiles.stack_edges`. height: of a frame. places: of the launch's frames in
+        the stack.
+    """
     windows = np.array([(setting.x, setting.y) for setting in settings], np.int64)
-    column, row = corners.astype(np.int64).T
-    place = row // height
+    column, row, columns, high = found.T
+    place, mask = row // height, pairs[np.searchsorted(rows, row)]
     x, y = column + windows[place, 0], row - place * height + windows[place, 1]
-    return np.stack([column, row, x, y, np.searchsorted(places, place)], axis=-1).astype(np.uint32)
+    return np.stack([column, row, x, y, np.searchsorted(places, place), columns, high, mask], axis=-1).astype(np.uint32)
 
 
 def _poisson_variants(
@@ -202,8 +201,10 @@ def tile_extremes(
     """
     shape = (2, len(rows) - 1, width)
     extremes, edges = device.empty(shape, np.float32), device.upload(rows.astype(np.uint32))
-    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tile_height})
-    device.run(kernel, shape[:0:-1], None, image=image, range=extremes, edges=edges)
+    segment, work_items = (TILE_PX, 1) if device.span > 1 else (device.row_px, device.row_px)
+    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tile_height, "SEGMENT": segment, "WORK_ITEMS": work_items})
+    size = (-(-width // segment) * work_items, shape[1])
+    device.run(kernel, size, (work_items, 1), image=image, range=extremes, edges=edges, width=width)
     return device.download(extremes, shape, np.float32)
 
 

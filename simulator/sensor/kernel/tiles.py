@@ -1,4 +1,4 @@
-"""Division of frames into tiles, and the selection of tiles of equal shape for one launch.
+"""Division of frames into tiles, and the selection of tiles for one launch.
 
 A work-group of the sensor kernel is one pair of rows of a tile; the device limits how long a row may be.
 """
@@ -51,30 +51,17 @@ def stack_edges(firsts: list[int], extent: int, size: int) -> tuple[np.ndarray, 
     return np.concatenate([*inner, [len(firsts) * extent]]), np.concatenate(pairs)
 
 
-def group_by_shape(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> dict[tuple[int, int], np.ndarray]:
-    """Return the corners x, y (tiles, 2) uint32 of the wanted tiles, by tile (width, height).
+def join_pairs(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Return column, row, width and height (tiles, 4) int64 of the wanted tiles.
 
+    Columns 2 n and 2 n + 1 are one tile where both are wanted: wide tiles start fewer work-groups, narrow ones have means that
+    differ less.
     columns, rows: borders of the tiles. wanted: (tile rows, tile columns) bool.
     """
-    tile_y, tile_x = np.nonzero(wanted)
-    widths, heights = np.diff(columns)[tile_x], np.diff(rows)[tile_y]
-    corners = np.stack([columns[tile_x], rows[tile_y]], axis=-1).astype(np.uint32)
-    return {
-        (int(width), int(height)): corners[(widths == width) & (heights == height)]
-        for width, height in sorted(set(zip(widths.tolist(), heights.tolist(), strict=True)))
-    }
-
-
-def join_pairs(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> dict[tuple[int, int], np.ndarray]:
-    """Return the wanted tiles as `group_by_shape` does, but of columns 2 n and 2 n + 1 as one where both are wanted.
-
-    Wide tiles start fewer work-groups; narrow ones have means that differ less.
-    """
     paired = wanted.shape[1] // 2 * 2
-    joined = wanted[:, 0:paired:2] & wanted[:, 1:paired:2]
-    single = wanted.copy()
-    single[:, :paired] &= ~joined.repeat(2, axis=1)
-    found = group_by_shape(columns[: paired + 1 : 2], rows, joined)
-    for shape, corners in group_by_shape(columns, rows, single).items():
-        found[shape] = np.concatenate([found[shape], corners]) if shape in found else corners
-    return found
+    joined, single = np.zeros_like(wanted), wanted.copy()
+    joined[:, :paired:2] = wanted[:, 0:paired:2] & wanted[:, 1:paired:2]
+    single[:, :paired] &= ~joined[:, :paired:2].repeat(2, axis=1)
+    tile_y, tile_x = np.nonzero(joined | single)
+    right = columns[tile_x + 1 + joined[tile_y, tile_x]]
+    return np.stack([columns[tile_x], rows[tile_y], right - columns[tile_x], np.diff(rows)[tile_y]], axis=-1)

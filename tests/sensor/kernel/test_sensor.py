@@ -114,7 +114,6 @@ def test_joined_tiles_cover_each_wanted_tile_once(count):
     columns, rows = np.append(0, rng.integers(1, 5, count).cumsum()), np.array([0, 2, 6, 8, 14])
     wanted = rng.random((4, count)) < 0.6
     covered = np.zeros((14, columns[-1]), int)
-    for (width, height), corners in join_pairs(columns, rows, wanted).items():
-        for x, y in corners.astype(int):
-            covered[y : y + height, x : x + width] += 1
+    for x, y, width, height in join_pairs(columns, rows, wanted):
+        covered[y : y + height, x : x + width] += 1
     assert np.array_equal(covered, wanted.astype(int).repeat(np.diff(rows), axis=0).repeat(np.diff(columns), axis=1))

@@ -7,7 +7,7 @@ from simulator.sensor.kernel import tiles
 from simulator.sensor.kernel.kernel_launch import tile_extremes
 
 
-@pytest.mark.parametrize(("height", "width"), [(1, 5), (31, 7), (100, 64), (33, 130)])
+@pytest.mark.parametrize(("height", "width"), [(1, 5), (31, 7), (100, 64), (33, 130), (65, 1031)])
 def test_extremes_are_those_of_numpy(device, height, width):
     image = np.random.default_rng(height).normal(size=(height, width)).astype(np.float32)
     rows = tiles.split_evenly(height, tiles.TILE_HEIGHT)
