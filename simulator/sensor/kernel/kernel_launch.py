@@ -162,8 +162,8 @@ def _tiles(
 ) -> np.ndarray:
     """Return the argument `tiles` of kernels/sensor.cl, (tiles, 8) uint32.
 
-    found: tiles of `tiles.join_pairs`. pairs, rows: of `tiles.stack_edges`. height: of a frame. places: of the launch's frames in
-        the stack.
+    found: tiles of `tiles.join_pairs`. pairs, rows: of `tiles.stack_edges`. height: of a frame. places: in the stack, of the
+        frames of this launch.
     """
     windows = np.array([(setting.x, setting.y) for setting in settings], np.int64)
     column, row, columns, high = found.T
