@@ -12,10 +12,10 @@
 //   COLUMN_OFFSET_STREAM           body   0      x       a, b: a normal number
 //   ROW_NOISE_STREAM               frame  y / 2  0       a, b: two normal numbers
 //   BANDING_STREAM                 frame  0      0       a: phase
-//   DEAD_PIXELS_STREAM             body   y      x       a: whether dead
+//   DEAD_PIXELS_STREAM             body   y / 2  x       a, b: whether dead
 //   READ_NOISE_BEFORE_GAIN_STREAM  body   y      x       a, b: a normal number, for sigma
-//   RANDOM_TELEGRAPH_NOISE_STREAM  body   y      x       a: whether there is a trap; b: amplitude
-//   RANDOM_TELEGRAPH_NOISE_STREAM  frame  y      x       a: two lowest bits, the jump
+//   RANDOM_TELEGRAPH_NOISE_STREAM  body   y / 2  x       a, b: whether there is a trap; c, d: amplitude
+//   RANDOM_TELEGRAPH_NOISE_STREAM  frame  y / 2  x       a, b: two lowest bits, the jump
 //
 // Where a block gives three pairs of normal numbers, a, b and c are their radii (normal.h), and d with the low bits of another
 // radius their angles. The upper 21 bits of the angles and of a, 22 of b and c, are 128 independent bits. What is shared lies below
@@ -47,7 +47,11 @@
 #define HOT_SHARE 3  // of the body: whether a pixel is hot
 #define HOT_MEAN 4   // of the body: its mean dark electrons
 #define HOT_HERE 5   // 0 where no photosite is hot, a compile-time constant
-#define BITS 6
+#define DEAD 6       // of the body: whether a pixel is dead
+#define TRAP 7       // of the body: whether a pixel has a trap
+#define TRAP_SIZE 8  // of the body: what the trap holds
+#define TRAP_JUMP 9  // how the trap changed
+#define BITS 10
 
 // Angles of the Box-Muller method, see above, of the pairs whose radii are a, b and c.
 INLINE uint angle_of_a(const struct words block) { return block.d ^ (block.b << 11); }
@@ -101,6 +105,12 @@ INLINE void draw_bits(const uint x, const uint y, const struct words frame, cons
     first[HOT_COUNT] = hot.c, second[HOT_COUNT] = hot.d;
     const struct words body = block_of(x, y, HOT_PIXELS_STREAM, body_seed, 1u);
     first[HOT_SHARE] = body.a, second[HOT_SHARE] = body.b, first[HOT_MEAN] = body.c, second[HOT_MEAN] = body.d;
+    const struct words dead = block_of(x, y, DEAD_PIXELS_STREAM, body_seed, 1u);
+    first[DEAD] = dead.a, second[DEAD] = dead.b;
+    const struct words trap = block_of(x, y, RANDOM_TELEGRAPH_NOISE_STREAM, body_seed, 1u);
+    first[TRAP] = trap.a, second[TRAP] = trap.b, first[TRAP_SIZE] = trap.c, second[TRAP_SIZE] = trap.d;
+    const struct words jump = block_of(x, y, RANDOM_TELEGRAPH_NOISE_STREAM, frame_seed, 0u);
+    first[TRAP_JUMP] = jump.a, second[TRAP_JUMP] = jump.b;
 }
 
 #endif

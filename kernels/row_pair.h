@@ -6,8 +6,8 @@
 
 INLINE float photosite(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
                        const uint body_seed, constant float *parameters) {
-    if (PART != READOUT) signal = charge(signal, x, y, normals, bits, frame_seed, body_seed, parameters);
-    if (PART != CHARGE) signal = readout(signal, x, y, normals, frame_seed, body_seed, parameters);
+    if (PART != READOUT) signal = charge(signal, x, y, normals, bits, parameters);
+    if (PART != CHARGE) signal = readout(signal, x, y, normals, bits, frame_seed, body_seed, parameters);
     return signal;
 }
 

@@ -37,25 +37,25 @@
 #include "adc.h"
 #include "digital_gain.h"
 
-INLINE float charge(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
-                    const uint body_seed, constant float *parameters) {
+INLINE float charge(float signal, const uint x, const uint y, const float *normals, const uint *bits,
+                    constant float *parameters) {
     if (IRRADIANCE) signal = irradiance(signal, x, y, parameters);
     if (EXPOSURE) signal = exposure(signal, parameters);
     if (PRNU) signal = prnu(signal, normals[RESPONSE], parameters);
     if (PHOTON_SHOT_NOISE) signal = photon_shot_noise(signal, normals[SHOT], bits[SHOT_COUNT]);
-    if (DEAD_PIXELS) signal = dead_pixels(signal, x, y, body_seed, parameters);
+    if (DEAD_PIXELS) signal = dead_pixels(signal, bits[DEAD], parameters);
     if (DARK_CURRENT) signal = dark_current(signal, normals[DARK], bits[DARK_COUNT], parameters);
     if (HOT_PIXELS) signal = hot_pixels(signal, normals[HOT], bits, parameters);
     if (FULL_WELL) signal = full_well(signal, parameters);
     return signal;
 }
 
-INLINE float readout(float signal, const uint x, const uint y, const float *normals, const uint frame_seed,
-                     const uint body_seed, constant float *parameters) {
+INLINE float readout(float signal, const uint x, const uint y, const float *normals, const uint *bits,
+                     const uint frame_seed, const uint body_seed, constant float *parameters) {
     if (DSNU) signal = dsnu(signal, normals[OFFSET], parameters);
     if (CONVERSION_GAIN) signal = conversion_gain(signal, parameters);
     if (READ_NOISE_BEFORE_GAIN) signal = read_noise_before_gain(signal, normals[BEFORE], x, y, body_seed, parameters);
-    if (RANDOM_TELEGRAPH_NOISE) signal = random_telegraph_noise(signal, x, y, frame_seed, body_seed, parameters);
+    if (RANDOM_TELEGRAPH_NOISE) signal = random_telegraph_noise(signal, bits, parameters);
     if (ANALOG_GAIN) signal = analog_gain(signal, parameters);
     if (COLUMN_OFFSET) signal = column_offset(signal, normals[COLUMN], parameters);
     if (ROW_NOISE) signal = row_noise(signal, normals[ROW], parameters);

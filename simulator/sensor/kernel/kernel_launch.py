@@ -87,8 +87,14 @@ def form_launch_groups(settings: Sequence[FrameSetting], stems: Sequence[str], c
     stems: of the stages that the kernel runs; others need no build of their own.
     """
     found: dict[tuple, tuple[dict, list[int], list[np.ndarray]]] = {}
+    known: dict[
+        tuple[int, ...], tuple[dict[str, object], np.ndarray]
+    ] = {}  # of the same stages: frames of a stack often share them
     for place, setting in enumerate(settings):
-        defines, numbers = sensor_defines(tuple(stage for stage in setting.stages if stage.stem in stems))
+        same = tuple(map(id, setting.stages))
+        if same not in known:
+            known[same] = sensor_defines(tuple(stage for stage in setting.stages if stage.stem in stems))
+        defines, numbers = known[same]
         _, places, rows = found.setdefault(tuple(defines.items()), (defines, [], []))
         places.append(place)
         rows.append(numbers)

@@ -45,7 +45,8 @@ def stack_edges(firsts: list[int], extent: int, size: int) -> tuple[np.ndarray, 
 
     firsts: sensor row of row 0 of each frame. extent: rows of a frame.
     """
-    borders = [pair_edges(first, extent, size) for first in firsts]
+    known = {parity: pair_edges(parity, extent, size) for parity in {first % 2 for first in firsts}}
+    borders = [known[first % 2] for first in firsts]
     inner = [place * extent + rows[:-1] for place, rows in enumerate(borders)]
     pairs = [rows_of_pairs(first, rows) for first, rows in zip(firsts, borders, strict=True)]
     return np.concatenate([*inner, [len(firsts) * extent]]), np.concatenate(pairs)

@@ -8,7 +8,7 @@ from scipy import stats
 from simulator.device.kernel_source import expanded
 from simulator.sensor.stages.poisson_variants import MACROS, PoissonVariant
 
-ABSENT = ("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE")
+ABSENT = ("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE", "DEAD_PIXELS", "RANDOM_TELEGRAPH_NOISE")
 PRESENT = ("PHOTON_SHOT_NOISE", "READ_NOISE_BEFORE_GAIN", "READ_NOISE_AFTER_GAIN", "PRNU", "DSNU")
 BUILD = {
     **dict.fromkeys(ABSENT, 0),
