@@ -102,7 +102,7 @@ def form_launch_groups(settings: Sequence[FrameSetting], stems: Sequence[str], c
         most = max(1, constant_bytes // max(rows[0].nbytes, 1))
         for first in range(0, len(places), most):
             part = slice(first, first + most)
-            yield LaunchGroup(np.array(places[part]), np.stack(rows[part]), defines)
+            yield LaunchGroup(np.array(places[part]), np.array(rows[part]), defines)
 
 
 def launch_sensor(

@@ -45,11 +45,10 @@ def stack_edges(firsts: list[int], extent: int, size: int) -> tuple[np.ndarray, 
 
     firsts: sensor row of row 0 of each frame. extent: rows of a frame.
     """
-    known = {parity: pair_edges(parity, extent, size) for parity in {first % 2 for first in firsts}}
-    borders = [known[first % 2] for first in firsts]
-    inner = [place * extent + rows[:-1] for place, rows in enumerate(borders)]
-    pairs = [rows_of_pairs(first, rows) for first, rows in zip(firsts, borders, strict=True)]
-    return np.concatenate([*inner, [len(firsts) * extent]]), np.concatenate(pairs)
+    edges = {parity: pair_edges(parity, extent, size) for parity in {first % 2 for first in firsts}}
+    masks = {parity: rows_of_pairs(parity, rows) for parity, rows in edges.items()}
+    inner = [place * extent + edges[first % 2][:-1] for place, first in enumerate(firsts)]
+    return np.concatenate([*inner, [len(firsts) * extent]]), np.concatenate([masks[first % 2] for first in firsts])
 
 
 def join_pairs(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:
