@@ -35,6 +35,12 @@ def test_they_stay_from_frame_to_frame_and_differ_from_body_to_body(bench):
     accept({"both dead": stats.binomtest(int((first & other).sum()), first.size, 0.01).pvalue})
 
 
+def test_rows_of_a_pair_share_a_block_of_random_words_and_no_chance(bench):
+    dead = bench.sensor(LIGHT, DeadPixels(0.3)) == 0
+    both = dead[::2] & dead[1::2]
+    accept({"both dead": stats.binomtest(int(both.sum()), both.size, 0.09).pvalue})
+
+
 def test_dark_current_still_gathers_in_them(bench):
     codes = bench.sensor(LIGHT, DeadPixels(1.0), DarkCurrent(100.0, 1.0))
     accept({"mean": 2 * stats.norm.sf(abs(codes.mean() - 100.0) / np.sqrt(100.0 / codes.size))})

@@ -52,6 +52,21 @@ def test_the_photosites_belong_to_the_body_and_the_levels_to_the_frame(bench):
     assert correlation_p(first**2, second**2) < 1e-9  # the same photosites are noisy
 
 
+def test_rows_of_a_pair_share_blocks_of_random_words_and_no_chance(bench):
+    """Levels, traps and heights."""
+    (level,) = frames(bench, 0.5, 500.0, count=1)
+    trap = np.abs(np.stack([*frames(bench, 0.5, 500.0, count=8)])).max(axis=0)
+    upper, lower = trap[::2], trap[1::2]
+    both = (upper > 0) & (lower > 0)
+    accept(
+        {
+            "levels": correlation_p(np.sign(level[::2]), np.sign(level[1::2])),
+            "traps": correlation_p((upper > 0).astype(float), (lower > 0).astype(float)),
+            "heights": correlation_p(upper[both], lower[both]),
+        }
+    )
+
+
 @pytest.mark.parametrize(("arguments", "message"), [((-0.1, 1.0), "share"), ((0.1, -1.0), "amplitude")])
 def test_bad_numbers_are_refused(arguments, message):
     with pytest.raises(PhotositeError, match=f"random_telegraph_noise.{message}"):
