@@ -35,6 +35,12 @@ def test_tile_size_changes_no_bit(bench, width, height):
     assert np.array_equal(found, expected)
 
 
+def test_a_work_item_for_each_column_gives_the_bits_of_one_for_a_row(bench):
+    """As on a GPU, whose groups have as many work-items as a row may have at most."""
+    expected = bench.sensor(picture(9, 137), *EVERYTHING, y=1)
+    assert np.array_equal(bench.like(row_px=64, span=1).sensor(picture(9, 137), *EVERYTHING, y=1), expected)
+
+
 def test_a_crop_is_the_part_of_the_whole(bench):
     whole = bench.sensor(picture(), *EVERYTHING)
     assert np.array_equal(bench.sensor(picture()[41:90, 377:1001], *EVERYTHING, x=377, y=41), whole[41:90, 377:1001])
