@@ -40,6 +40,7 @@ EXAMPLES = {
     "digital_gain": {"factor": 1.5},
 }
 ALWAYS = {"photon_shot_noise", "analog_gain", "adc"}
+ASKED_EVERY = 120  # with every stage [Mpixel/s]
 
 TEXT = """\
 {size} photosites. The bar for the ELD model in NumPy is the faster of two ways to draw Tukey-lambda noise:
@@ -144,7 +145,9 @@ def measure_stages(run: Run) -> Record:
             record.note(f"price of {stem}: {problem}")
     base = photosite.stages_of(Sensor(full_well_e=1e9, gain_dn_per_e=CHAIN.gain_dn_per_e))
     settings = {"none": [], **{stem: [stage] for stem, stage in have.items()}, "every stage": list(have.values())}
-    contest("stages", [photosite.contestant(picture, [*base, *more], device, name) for name, more in settings.items()])
+    stages = [photosite.contestant(picture, [*base, *more], device, name) for name, more in settings.items()]
+    rate = picture.size / 1e6 / contest("stages", stages)[-1]["best_s"]
+    record.judge("every stage at once", f"{rate:.0f} Mpixel/s", f"{ASKED_EVERY} Mpixel/s", rate >= ASKED_EVERY)
     _judge_absent_stages(record, picture, device, contest)
     floors = [
         photosite.on_device(picture, CHAIN, info),
