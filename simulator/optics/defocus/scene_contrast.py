@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
 from simulator.optics.defocus.scene_light import flattened_error
+from simulator.optics.defocus.square_kernel import disk_square_weights
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Layer, Scene, is_depth_map
 
@@ -22,6 +24,7 @@ FEW_LAMPS, FEW = 4, 4000  # pixels that may be lamps in scenes of so few that th
 MOST_MIXED = 250_000  # places of a composite whose range is measured
 PARTS, PART_PX = 4, 40  # parts per axis of a large scene whose penumbrae are looked at, and their side [photosites]
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
+STEEP_PX = 0.5, 1.5  # radii at which circles reach the next pixels, where even squares leave most of light between them
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
 MOST_EDGES = 250_000  # pixels between which edges are measured
 _STRIPS = 200  # strips of rows in which a scene's curvature is measured
@@ -50,7 +53,8 @@ class SceneContrast:
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
-        least where a penumbra ends; 0: pixels are samples, or even squares (`Accuracy.detail`), or its own curvature says more.
+        least where a penumbra ends; of one pixel per photosite, as much as leaves what even squares leave of light between
+        pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """
@@ -89,8 +93,7 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
     ranges = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else {}
-    is_exact = defocus.accuracy.detail or abs(defocus.scale - 1.0) < 1e-6
-    ends = 0.0 if is_exact else _penumbra_ends(scene, to_share, defocus, curvature)
+    ends = 0.0 if defocus.accuracy.detail else _penumbra_ends(scene, to_share, defocus, curvature)
     behind = _behind_edges(scene, to_share, defocus) if has_steps and defocus.guessed else 0.0
     return SceneContrast(
         curvature,
@@ -284,14 +287,18 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
     curvature: of the scene. Of a large scene parts on a grid are looked at.
     """
     radius_px = min(least for least, _ in defocus.ranges_px)
-    bound = 12.0 * grid_error(radius_px, 1, defocus.scale)
-    if radius_px <= defocus.copied_px or curvature * twice_blurred_share(radius_px, defocus.scale) <= bound:
+    if radius_px <= defocus.copied_px or curvature == 0.0:
         return 0.0
-    weights, found = disk_weights(min(radius_px, WIDEST_END_PX)), []
-    for place in _parts(scene, defocus.scale):
-        light = _composite([_at(layer, place, to_share) for layer in scene.layers])
-        found.append(_bends_behind(light, weights, defocus).ravel())
-    return float(np.quantile(np.concatenate(found), MOST))
+    if abs(defocus.scale - 1.0) < 1e-6:
+        radii_px = [radius_px, *(one for one in STEEP_PX if radius_px < one < defocus.largest_px)]
+        pairs = [(disk_weights(one), disk_square_weights(one, 1)) for one in (min(one, WIDEST_END_PX) for one in radii_px)]
+        behind = [partial(_steps_behind, weights=pair[0], of_slopes=pair[1], defocus=defocus) for pair in pairs]
+    elif curvature * twice_blurred_share(radius_px, defocus.scale) > 12.0 * grid_error(radius_px, 1, defocus.scale):
+        behind = [partial(_bends_behind, weights=disk_weights(min(radius_px, WIDEST_END_PX)), defocus=defocus)]
+    else:
+        return 0.0
+    lights = [_composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
+    return max(float(np.quantile(np.concatenate([own(light).ravel() for light in lights]), MOST)) for own in behind)
 
 
 def _parts(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
@@ -330,6 +337,22 @@ def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> n
         own = convolve(light[..., channel], weights, mode="nearest")
         across, down = np.abs(np.diff(own, 2, axis=1))[1:-1], np.abs(np.diff(own, 2, axis=0))[:, 1:-1]
         found.append(_seen(0.5 * (across + down), own[1:-1, 1:-1], defocus.accuracy))
+    return np.stack(found)
+
+
+def _steps_behind(light: np.ndarray, weights: np.ndarray, of_slopes: np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Twelve times what pixels as even squares leave of light that is linear between them, in the noise of that light.
+
+    Both behind a circle at the middles of the photosites, which are the pixels'. A parabola leaves a twelfth of its bend.
+
+    light: (rows, columns, channels). weights: of areas of the circle in pixels; of_slopes: of what lies between pixels in it.
+    """
+    from scipy.ndimage import convolve
+
+    found = []
+    for channel in range(light.shape[2]):
+        own, true = (convolve(light[..., channel], one, mode="nearest") for one in (weights, of_slopes))
+        found.append(_seen(12.0 * (own - true), true, defocus.accuracy))
     return np.stack(found)
 
 

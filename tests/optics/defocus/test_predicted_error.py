@@ -19,6 +19,8 @@ from scipy.signal import fftconvolve
 
 from simulator.config.shot_file import load_shot
 from simulator.device import open_device
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import Accuracy, grid_error, hidden_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
@@ -378,6 +380,25 @@ def test_small_circles_count_by_bends_where_photosites_do_not_read_single_pixels
     (term,) = ignored_error(accuracy, radius_px, SceneContrast(curvature=bends))
     assert 0.4 * term.sigma < accuracy.in_sigma(left) <= term.sigma
     assert ignored_error(accuracy, radius_px, SceneContrast(curvature=bends), reads_pixels=True)[0].sigma == 0.0
+
+
+@pytest.mark.parametrize("radius_px", [0.45, 0.6, 0.98, 1.5, 3.0])
+def test_even_squares_leave_what_is_told_of_light_between_pixels(radius_px):
+    """Random pixels that move little, one per photosite: light is linear between them, and weighed as if each was even."""
+    parts, side = 24, 40
+    light = np.random.default_rng(7).random((side, side)) ** 3
+    scene = band_scene(light, float(depth_of(radius_px)))
+    motion = Motion(camera=SteadyMotion(pan_deg_per_s=0.01))
+    planned = plan(Shot(scene, LENS, Exposure(0.001), small_camera(side, side), motion=motion))
+    (stated,) = (term.sigma for term in planned.error_budget.terms if "points per photosite" in term.cause)
+    places = (np.arange(side * parts + 1)) / parts - 0.5
+    y, x = np.meshgrid(places, places, indexing="ij")
+    between = map_coordinates(light, (y, x), order=1, mode="nearest")
+    true = fftconvolve(between, disk_weights(parts * radius_px), mode="same")[parts // 2 :: parts, parts // 2 :: parts]
+    per_e = planned.optics.accuracy.electrons / np.sort(light, axis=None)[-2]
+    off = per_e * np.abs(true - convolve(light, disk_weights(radius_px), mode="nearest"))
+    found = (off / np.sqrt(per_e * true + planned.optics.accuracy.read_noise_e**2))[5:-5, 5:-5]
+    assert 0.5 * stated < np.quantile(found, 0.999) <= 1.05 * stated
 
 
 @pytest.mark.parametrize(("seed", "number"), [(98, 146), (203, 1)])
