@@ -100,7 +100,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not _rays_meet_pixels(optics)):
         terms += ray_terms(blur, contrast)
     elif optics.psf is None or not optics.psf.by_distance:
-        terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels)
+        terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels, is_aside=_reads_aside(optics))
     else:
         terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
     terms += _rows_between(optics, sum(term.sigma for term in terms))
@@ -186,6 +186,12 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
     share *= crossed_share(motion.length.longest_px, over)
     return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS, is_rare=True)]
+
+
+def _reads_aside(optics: OpticsPlan) -> bool:
+    """Whether photosites read the light between pixels at places that no path evens out."""
+    paths = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
+    return optics.projection.warp is not None or (bool(paths) and min(paths) < 1.0)
 
 
 def _blurred_edges(optics: OpticsPlan) -> float:

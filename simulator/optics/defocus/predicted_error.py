@@ -55,15 +55,20 @@ OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
 # Light between pixels as large as photosites bends at their middles, and even squares end at their borders: of either a circle
 # leaves 2 / (3 pi) of its radius times the second difference along an axis, the mean of |x| over half the disk.
 OF_BENDS = 2.0 * 2.0 / (3.0 * math.pi)
+# Even squares lack a twelfth of a pixel's square of the spread of light between pixels, along each axis; between pixels, where
+# that is read of both, they have up to a quarter less that twelfth too much.
+ASIDE = 2.0
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
-def error_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixels: bool = False) -> list[ErrorTerm]:
+def error_terms(
+    defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixels: bool = False, is_aside: bool = False
+) -> list[ErrorTerm]:
     """Predict the error of each method that the scene may need. Without tolerance, rays have none of them.
 
     defocus: blur of the scene's layers, with a background that is assumed. contrast: of the scene (`scene_contrast`).
     reads_pixels: whether each photosite reads one pixel of the scene (`Projection.reads_pixels`), so that weights of pixels are
-        exact, and circles inside a photosite do not blur.
+        exact, and circles inside a photosite do not blur. is_aside: whether it reads anywhere between the pixels.
     """
     accuracy = defocus.accuracy
     if accuracy.tolerance == 0.0:
@@ -100,8 +105,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, reads_pixe
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         steepest = max(grid_error(min(blurred), finest, defocus.scale), contrast.ends / (12.0 * finest**2))
         grid = 0.0 if reads_pixels else min(smooth, steepest)
-        if contrast.ends > 0.0 and abs(defocus.scale - 1.0) < 1e-6 and not reads_pixels:  # it is what is left
-            grid = contrast.ends / (12.0 * finest**2)
+        if contrast.ends > 0.0 and abs(defocus.scale - 1.0) < 1e-6 and not reads_pixels:
+            grid = (ASIDE if is_aside else 1.0) * contrast.ends / (12.0 * finest**2)  # it is what is left
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])

@@ -384,7 +384,10 @@ def test_small_circles_count_by_bends_where_photosites_do_not_read_single_pixels
 
 @pytest.mark.parametrize("radius_px", [0.45, 0.6, 0.98, 1.5, 3.0])
 def test_even_squares_leave_what_is_told_of_light_between_pixels(radius_px):
-    """Random pixels that move little, one per photosite: light is linear between them, and weighed as if each was even."""
+    """Random pixels that move little, one per photosite: light is linear between them, and weighed as if each was even.
+
+    Aside of the pixels' middles up to twice as much is left.
+    """
     parts, side = 24, 40
     light = np.random.default_rng(7).random((side, side)) ** 3
     scene = band_scene(light, float(depth_of(radius_px)))
@@ -398,7 +401,7 @@ def test_even_squares_leave_what_is_told_of_light_between_pixels(radius_px):
     per_e = planned.optics.accuracy.electrons / np.sort(light, axis=None)[-2]
     off = per_e * np.abs(true - convolve(light, disk_weights(radius_px), mode="nearest"))
     found = (off / np.sqrt(per_e * true + planned.optics.accuracy.read_noise_e**2))[5:-5, 5:-5]
-    assert 0.5 * stated < np.quantile(found, 0.999) <= 1.05 * stated
+    assert 0.5 * stated < 2.0 * np.quantile(found, 0.999) <= 1.05 * stated
 
 
 @pytest.mark.parametrize(("seed", "number"), [(98, 146), (203, 1)])
