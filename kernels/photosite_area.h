@@ -1,7 +1,7 @@
 // Mean of the scene over the area of a photosite, or of a sample of one. Beyond the scene's grid its edge pixels continue.
 // TAPS > 0, a scene finer than the photosites, or whose nearest pixel counts: a scene pixel is an even square, and the mean is exact.
-// Where a lens distorts or the camera is posed, the area is a parallelogram, of SPLIT x SPLIT upright rectangles. One touches at most
-// TAPS pixels on either axis.
+// Where a lens distorts or the camera is posed, the area is a parallelogram, of SPLIT x SPLIT upright rectangles: of a pose those with
+// the variance of their part along both axes. One touches at most TAPS pixels on either axis.
 // TAPS 0, a scene of one pixel per photosite or fewer: the mean of SAMPLES x SAMPLES parts of the area, each at most one pixel wide.
 // BENDS 1, of fewer: the exact mean of bilinear light (bilinear_area.h). BENDS 0, of one: the bilinear value at the middle of a part,
 // which is the mean of even squares over one scene pixel's area.
@@ -77,15 +77,28 @@ INLINE struct area upright(const struct area turned) {
     return area;
 }
 
+// Side of the upright rectangle with the variance of a parallelogram's area along an axis, of its two sides' steps along it [px]: that of
+// a square, however far it is turned.
+INLINE float extent(const float side, const float tilt) {
+#if POSE
+    const float squared = side * side + tilt * tilt;
+    return squared * reciprocal_square_root(squared);
+#else
+    return side;
+#endif
+}
+
 // Mean of a plane over an area of the scene.
 INLINE float area_mean(global const float *plane, const struct area seen, const struct projection p) {
     const struct area area = upright(seen);
-    const float wide = area.wide * (1.0f / SPLIT), tall = area.tall * (1.0f / SPLIT);
+    const float step_x = area.wide * (1.0f / SPLIT), step_y = area.tall * (1.0f / SPLIT);
+    const float wide = extent(area.wide, area.tilt_right) * (1.0f / SPLIT), tall = extent(area.tall, area.tilt_down) * (1.0f / SPLIT);
+    const float first_left = area.left + 0.5f * (step_x - wide), first_top = area.top + 0.5f * (step_y - tall);
     float sum = 0.0f;
     for (uint part = 0; part < SPLIT * SPLIT; part++) {
         const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), middle = 0.5f * (SPLIT - 1);
-        const float left = area.left + m * wide + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
-        const float top = area.top + n * tall + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
+        const float left = first_left + m * step_x + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
+        const float top = first_top + n * step_y + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
         const int column = whole(left), row = whole(top);
         const float low_x = left - (float)column, low_y = top - (float)row, high_x = low_x + wide, high_y = low_y + tall;
         float whole_part = 0.0f;

@@ -1,7 +1,7 @@
 // Lens blur of small circles in a scene finer than the photosites: the exact mean over a photosite's area and the image of the
 // aperture, from the scene's pixels, each of them an even square (photosite_area.h). The aperture is a sum of rectangles:
 //   light(x) = sum over rectangles k of share_k * mean of the scene over the photosite's square moved by all of s(x) * rectangle k,
-// where a lens distorts of SPLIT x SPLIT upright parts of its parallelogram,
+// where a lens distorts or the image is turned of SPLIT x SPLIT upright parts of its parallelogram,
 // in which the mean over a rectangle is separable and has a closed form. A surface that tilts moves the middle of its image by
 // s grad(s) / 4 (simulator/optics/defocus/tilted_kernel.py, to the first order of the slope).
 //
@@ -77,16 +77,26 @@ kernel void scene_gather(global const float *restrict planes, global const float
     const uint channel = cfa_plane((uint)column, (uint)row);
     global const float *plane_of_channel = planes + (size_t)channel * scene_width * scene_height;
     const float size = 1.0f - 2.0f * INSET;
-    const struct area area = upright(area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection));
-    const float across = area.wide / size * blur, down = area.tall / size * blur; // radius of the aperture's image [px]
+    const struct area seen = area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection);
+    const struct area area = upright(seen);
+    const float side_x = extent(area.wide, area.tilt_right), side_y = extent(area.tall, area.tilt_down);
+    const float across = side_x / size * blur, down = side_y / size * blur; // radius of the aperture's image [px]
     const float image_x = REACH * (across < 0.0f ? -across : across), image_y = REACH * (down < 0.0f ? -down : down);
-    const float middle_x = area.left + 0.25f * across * tilt_x, middle_y = area.top + 0.25f * down * tilt_y;
-    const float part_wide = area.wide * (1.0f / SPLIT), part_tall = area.tall * (1.0f / SPLIT);
+#if POSE
+    const float aside = (seen.wide * tilt_x + seen.tilt_right * tilt_y) / size * blur;
+    const float below = (seen.tall * tilt_y + seen.tilt_down * tilt_x) / size * blur;
+#else
+    const float aside = across * tilt_x, below = down * tilt_y;
+#endif
+    const float step_x = area.wide * (1.0f / SPLIT), step_y = area.tall * (1.0f / SPLIT);
+    const float part_wide = side_x * (1.0f / SPLIT), part_tall = side_y * (1.0f / SPLIT);
+    const float middle_x = area.left + 0.25f * aside + 0.5f * (step_x - part_wide);
+    const float middle_y = area.top + 0.25f * below + 0.5f * (step_y - part_tall);
     float sum = 0.0f, wide[TAPS], tall[TAPS];
     for (uint part = 0; part < SPLIT * SPLIT; part++) {
         const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), between = 0.5f * (SPLIT - 1);
-        const float left = middle_x + m * part_wide + (n - between) * (area.tilt_right * (1.0f / SPLIT));
-        const float top = middle_y + n * part_tall + (m - between) * (area.tilt_down * (1.0f / SPLIT));
+        const float left = middle_x + m * step_x + (n - between) * (area.tilt_right * (1.0f / SPLIT));
+        const float top = middle_y + n * step_y + (m - between) * (area.tilt_down * (1.0f / SPLIT));
         const int first_x = whole(left - image_x), first_y = whole(top - image_y);
         for (uint k = 0; k < RECTANGLES; k++) {
             const struct rectangle image = rectangles[k];

@@ -87,6 +87,14 @@ class Projection:
         return replace(upright, scale=float(over), offset_x=0.0, offset_y=0.0, samples=over)
 
     @property
+    def turn_rad(self) -> float:
+        """Angle by which the pose turns steps on the sensor around its pivot, from the right downwards."""
+        if self.pose is None:
+            return 0.0
+        _, _, _, across_x, across_y, _, down_x, down_y, _, _ = self.pose
+        return math.atan2(down_x - across_y, 2.0 + across_x + down_y)
+
+    @property
     def is_fine(self) -> bool:
         """Whether the scene has more than one pixel per photosite and axis."""
         return self.scale > 1.0 + 1e-6

@@ -30,7 +30,7 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
     gathered = chosen.computed & (chosen.samples_per_axis == 0)
     if not gathered.any():
         return
-    pupil, inset = tiles.defocus.pupil, 0.5 * (1.0 - projection.open_side)
+    pupil, inset = tiles.defocus.pupil.turned(projection.turn_rad), 0.5 * (1.0 - projection.open_side)
     steps, counts = np.ceil(chosen.largest_px / RADIUS_STEP_PX), rectangles_of_tiles(tiles)
     for layer, own in enumerate(tiles.defocus.radii_px):
         here = gathered & chosen.visible[layer]

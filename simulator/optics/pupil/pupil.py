@@ -10,8 +10,9 @@ Light that was swept under a rolling shutter, each row at its own time, shows th
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,6 +68,10 @@ class Pupil:
         require(blades is None or 3 <= blades <= 32, f"{key}.blades", blades, "give 3 to 32, or leave it out for a round one")
         require(math.isfinite(self.rotation_deg), f"{key}.rotation", f"{self.rotation_deg} deg", "give a finite angle")
         require(0 <= self.blade_curvature <= 1, f"{key}.blade_curvature", self.blade_curvature, "give a number from 0 to 1")
+
+    def turned(self, angle_rad: float) -> Self:
+        """Return the aperture turned from the right towards the picture's lower edge; a round one is itself. Stops stay."""
+        return self if self.is_round else replace(self, rotation_deg=self.rotation_deg + math.degrees(angle_rad))
 
     @cached_property
     def opening(self) -> tuple[Disk | HalfPlane, ...]:

@@ -23,7 +23,8 @@ from simulator.optics.passes.scene_gather import rectangles_of_tiles
 from simulator.optics.passes.swept_mosaic import lamp_places
 from simulator.optics.pupil.pupil import Aperture, Pupil
 from simulator.pipeline.execution import expose
-from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
 from simulator.scene.image import ImageScene
 from simulator.sensor.camera.camera import Window
 
@@ -291,6 +292,48 @@ def test_distortion_makes_photosites_parallelograms(radius):
     noise = np.sqrt(truth / electrons)
     unsure = 3.3 * float(np.quantile(error / noise, 0.99))
     assert unsure < 0.15 and z.max() <= told + unsure, (told, unsure)
+
+
+def turned_frame(shot: Shot, angle_rad: float) -> tuple[np.ndarray, Plan]:
+    """Radiance of a frame whose scene is at rest, turned around the sensor's middle from the right downwards."""
+    planned, turn = plan(shot), (math.cos(angle_rad) - 1.0, -math.sin(angle_rad), math.sin(angle_rad))
+    pose = (0.5 * SHAPE[1], 0.5 * SHAPE[0], 0.0, *turn[:2], 0.0, turn[2], turn[0], 0.0, 0.0)
+    optics = replace(planned.optics, projection=replace(planned.optics.projection, pose=pose)).with_moved_pixels()
+    measured, device = measure(replace(planned, optics=optics), open_device()), open_device()
+    return device.download(expose(measured, device), SHAPE, np.float32) / optics.weights.sum(), measured
+
+
+def turned_truth(
+    pixels: np.ndarray, angle_rad: float, radius: float, pupil: Pupil, fill_factor: float, rows: slice
+) -> np.ndarray:
+    """The same by rays in float64, of every photosite of some rows and columns."""
+    y, x = (places.ravel()[:, None] + 0.5 for places in np.mgrid[rows, rows])
+    right, down, chosen, along = qmc.Sobol(4, seed=1).random(2**16).T
+    lens_x, lens_y = pupil.map_unit_square(chosen, along)
+    side, middle = math.sqrt(fill_factor), (0.5 * SHAPE[1], 0.5 * SHAPE[0])
+    across = x + side * (right - 0.5) + radius * lens_x - middle[0]
+    below = y + side * (down - 0.5) + radius * lens_y - middle[1]
+    turned = across + 1j * below
+    turned *= np.exp(1j * angle_rad)
+    scale = pixels.shape[0] / SHAPE[0]
+    column, row = (
+        np.floor(scale * (part + one)).astype(int) for part, one in zip((turned.real, turned.imag), middle, strict=True)
+    )
+    return pixels[np.clip(row, 0, pixels.shape[0] - 1), np.clip(column, 0, pixels.shape[1] - 1)].mean(axis=1)
+
+
+@pytest.mark.parametrize("blades", [None, 3])
+@pytest.mark.parametrize("angle_deg", [20.0, 45.0, 130.0])
+def test_circles_turn_with_the_photosites_and_keep_their_size(angle_deg, blades):
+    """A picture that spins: circles that shrank by the cosine left 0.24 sigma of a promise of 0.1 (audit, 100:45)."""
+    pixels, radius, angle, rows = fine_scene("noise", 3.0, SHAPE), 0.3, math.radians(angle_deg), slice(9, 31, 4)
+    aperture = None if blades is None else Aperture(blades, 10.0)
+    shot = fine_shot(pixels, SHAPE, radius, 2000.0, 0.8, lens=replace(LENS, aperture=aperture))
+    found, planned = turned_frame(shot, angle)
+    assert not planned.tiles.chosen.samples_per_axis[planned.tiles.chosen.computed].any()  # gathered from the scene's pixels
+    truth = turned_truth(pixels, angle, planned.optics.defocus.radii_px[0], shot.lens.pupil, 0.8, rows)
+    z = z_scores(found[rows, rows].ravel(), truth, 2000.0)
+    assert z.std() < 0.05, z.std()  # of which the truth's is 0.02
 
 
 def test_black_and_white_squares_that_samples_mix_keep_what_is_told():
