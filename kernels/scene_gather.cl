@@ -77,26 +77,18 @@ kernel void scene_gather(global const float *restrict planes, global const float
     const uint channel = cfa_plane((uint)column, (uint)row);
     global const float *plane_of_channel = planes + (size_t)channel * scene_width * scene_height;
     const float size = 1.0f - 2.0f * INSET;
-    const struct area seen = area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection);
-    const struct area area = upright(seen);
+    const struct area turned = area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection);
+    struct area area = upright(turned);
     const float side_x = extent(area.wide, area.tilt_right), side_y = extent(area.tall, area.tilt_down);
     const float across = side_x / size * blur, down = side_y / size * blur; // radius of the aperture's image [px]
     const float image_x = REACH * (across < 0.0f ? -across : across), image_y = REACH * (down < 0.0f ? -down : down);
-#if POSE
-    const float aside = (seen.wide * tilt_x + seen.tilt_right * tilt_y) / size * blur;
-    const float below = (seen.tall * tilt_y + seen.tilt_down * tilt_x) / size * blur;
-#else
-    const float aside = across * tilt_x, below = down * tilt_y;
-#endif
-    const float step_x = area.wide * (1.0f / SPLIT), step_y = area.tall * (1.0f / SPLIT);
+    float aside, below, left, top;
+    step_over(turned, size, blur, tilt_x, tilt_y, &aside, &below);
+    area.left += 0.25f * aside, area.top += 0.25f * below;
     const float part_wide = side_x * (1.0f / SPLIT), part_tall = side_y * (1.0f / SPLIT);
-    const float middle_x = area.left + 0.25f * aside + 0.5f * (step_x - part_wide);
-    const float middle_y = area.top + 0.25f * below + 0.5f * (step_y - part_tall);
     float sum = 0.0f, wide[TAPS], tall[TAPS];
     for (uint part = 0; part < SPLIT * SPLIT; part++) {
-        const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), between = 0.5f * (SPLIT - 1);
-        const float left = middle_x + m * step_x + (n - between) * (area.tilt_right * (1.0f / SPLIT));
-        const float top = middle_y + n * step_y + (m - between) * (area.tilt_down * (1.0f / SPLIT));
+        part_of(area, part_wide, part_tall, part, &left, &top);
         const int first_x = whole(left - image_x), first_y = whole(top - image_y);
         for (uint k = 0; k < RECTANGLES; k++) {
             const struct rectangle image = rectangles[k];
