@@ -55,8 +55,8 @@ OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
 # Light between pixels as large as photosites bends at their middles, and even squares end at their borders: of either a circle
 # leaves 2 / (3 pi) of its radius times the second difference along an axis, the mean of |x| over half the disk.
 OF_BENDS = 2.0 * 2.0 / (3.0 * math.pi)
-# Even squares lack a twelfth of a pixel's square of the spread of light between pixels, along each axis; between pixels, where
-# that is read of both, they have up to a quarter less that twelfth too much.
+# Weights of even squares have a twelfth of a pixel's square of variance along each axis, light between pixels has a sixth. What
+# is read of two pixels at the part f between them has f (1 - f) more, up to a quarter: a sixth too much, twice what lacks at 0.
 ASIDE = 2.0
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 

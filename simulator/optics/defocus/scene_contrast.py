@@ -53,8 +53,8 @@ class SceneContrast:
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
-        least where a penumbra ends; of one pixel per photosite, as much as leaves what even squares leave of light between
-        pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
+        least where a penumbra ends; of one pixel per photosite, twelve times what even squares leave of light
+        between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """

@@ -87,9 +87,7 @@ def form_launch_groups(settings: Sequence[FrameSetting], stems: Sequence[str], c
     stems: of the stages that the kernel runs; others need no build of their own.
     """
     found: dict[tuple, tuple[dict, list[int], list[np.ndarray]]] = {}
-    known: dict[
-        tuple[int, ...], tuple[dict[str, object], np.ndarray]
-    ] = {}  # of the same stages: frames of a stack often share them
+    known = dict[tuple[int, ...], tuple[dict[str, object], np.ndarray]]()  # of the same stages, which frames of a stack share
     for place, setting in enumerate(settings):
         same = tuple(map(id, setting.stages))
         if same not in known:
