@@ -1,18 +1,46 @@
 // Spectral integration: the scene's planes, weighted by what the camera makes of each plane's spectrum, for a part of the scene.
 //
 // scene:   (part rows, scene width, BANDS) float32, dimensionless plane weights, of the part's rows alone.
-// weights: (BANDS, CHANNELS) float32 [e- s^-1 um^-2 sr^-1], integral of spectrum * lambda/(hc) * quantum efficiency.
+// weights: [e- s^-1 um^-2 sr^-1], integral of spectrum * lambda/(hc) * quantum efficiency, float32: (BANDS, CHANNELS) of fewer than 8
+//          bands, else (eights, CHANNELS, 8), where the last eight bands are BANDS - 8 and on and have 0 where others have counted them.
 // planes:  (CHANNELS, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1]; written in the part alone.
 // width, pixels: scene width, and pixels of the whole scene. first_column, first_row: of the part in the scene.
-// One work-item per column (dimension 0) and row (1) of the part and channel (2).
+// eights: number of eights of bands, an argument so that no compiler unrolls their loop and mixes pixels.
+// One work-item per column (dimension 0) and row (1) of the part and channel (2); of 8 bands and more, for all channels.
 #include "conventions.h"
 
-kernel void camera_planes(global const float *restrict scene, global const float *restrict weights, global float *restrict planes,
-                          const uint width, const ulong pixels, const uint first_column, const uint first_row) {
-    const size_t column = first_column + get_global_id(0), row = get_global_id(1), channel = get_global_id(2);
-    const size_t pixel = row * width + column;
+#if BANDS < 8
+#define WEIGHTS float
+#else
+#define WEIGHTS float8
+#endif
+
+kernel void camera_planes(global const float *restrict scene, global const WEIGHTS *restrict weights, global float *restrict planes,
+                          const uint width, const ulong pixels, const uint first_column, const uint first_row, const uint eights) {
+    const size_t column = first_column + get_global_id(0), row = get_global_id(1);
+    const size_t pixel = row * width + column, place = first_row * (size_t)width + pixel;
+    global const float *restrict own = scene + pixel * BANDS;
+#if BANDS < 8 // vectorised across pixels
+    const size_t channel = get_global_id(2);
     float sum = 0.0f;
     __attribute__((opencl_unroll_hint(8)))
-    for (uint band = 0; band < BANDS; band++) sum += scene[pixel * BANDS + band] * weights[band * CHANNELS + channel];
-    planes[channel * pixels + first_row * (size_t)width + pixel] = sum;
+    for (uint band = 0; band < BANDS; band++) sum += own[band] * weights[band * CHANNELS + channel];
+    planes[channel * pixels + place] = sum;
+#else // within a pixel: its bands lie side by side. Eight scalars in place of a vector take two and a half times as long.
+    float8 sums[CHANNELS];
+    __attribute__((opencl_unroll_hint(CHANNELS)))
+    for (uint channel = 0; channel < CHANNELS; channel++) sums[channel] = (float8)(0.0f);
+    for (uint eight = 0; eight < eights; eight++) {
+        global const float *restrict o = own + (eight + 1 < eights ? 8 * eight : BANDS - 8);
+        const float8 light = (float8)(o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7]);
+        __attribute__((opencl_unroll_hint(CHANNELS)))
+        for (uint channel = 0; channel < CHANNELS; channel++) sums[channel] += light * weights[eight * CHANNELS + channel];
+    }
+    __attribute__((opencl_unroll_hint(CHANNELS)))
+    for (uint channel = 0; channel < CHANNELS; channel++) {
+        const float4 four = sums[channel].lo + sums[channel].hi;
+        const float2 two = four.lo + four.hi;
+        planes[channel * pixels + place] = two.x + two.y;
+    }
+#endif
 }

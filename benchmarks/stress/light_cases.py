@@ -124,7 +124,7 @@ CASES = (
             "weight": Real(1e-6, 1e6, log=True),
         },
         run_camera_planes,
-        "31 products and their sum in order",
+        "31 products and their sum in eights",
         most_ulps=32.0,
     ),
     StressCase(

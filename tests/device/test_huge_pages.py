@@ -18,7 +18,7 @@ def doubled(device, values, times):
     kernel, light = device.kernel("camera_planes", {"BANDS": 1, "CHANNELS": 1}), device.upload(values)
     for _ in range(times):
         planes = device.empty((1, values.size), np.float32)
-        settings = {"width": SIDE, "pixels": values.size, "first_column": 0, "first_row": 0}
+        settings = {"width": SIDE, "pixels": values.size, "first_column": 0, "first_row": 0, "eights": 1}
         device.run(kernel, (SIDE, SIDE, 1), None, scene=light, weights=device.upload(WEIGHTS), planes=planes, **settings)
         light = planes
     return device.download(light, values.shape, np.float32)

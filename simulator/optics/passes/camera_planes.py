@@ -6,6 +6,25 @@ from simulator.device import Buffer, Device
 from simulator.optics.geometry.scene_part import ALIGNED_PX, ScenePart
 from simulator.scene.scene import Layer
 
+EIGHT = 8  # bands that kernels/camera_planes.cl sums side by side
+
+
+def in_eights(weights: np.ndarray) -> np.ndarray:
+    """Weights (bands, channels) as the kernel reads them: of 8 bands and more (eights, channels, 8) float32.
+
+    The last eight ends with the last band, and has 0 for bands that the one before has counted.
+    """
+    bands, channels = weights.shape
+    if bands < EIGHT:
+        return np.ascontiguousarray(weights, np.float32)
+    whole = bands // EIGHT * EIGHT
+    eights = weights[:whole].reshape(-1, EIGHT, channels)
+    if whole < bands:
+        last = np.zeros((1, EIGHT, channels), weights.dtype)
+        last[0, whole - bands :] = weights[whole:]
+        eights = np.concatenate([eights, last])
+    return np.ascontiguousarray(eights.transpose(0, 2, 1), np.float32)
+
 
 def camera_planes(
     device: Device, layer: Layer, weights: np.ndarray, with_coverage: bool, part: ScenePart | None = None
@@ -20,17 +39,19 @@ def camera_planes(
     channels, pixels, rows = weights.shape[1], height * width, slice(part.y, part.y + part.height)
     planes = device.empty((channels + with_coverage, pixels), np.float32)
     scene = np.ascontiguousarray(layer.planes[rows], np.float32)
+    arranged = in_eights(weights)
     device.run(
         device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
-        (part.width, part.height, channels),
+        (part.width, part.height, channels if arranged.ndim == 2 else 1),
         (ALIGNED_PX, 1, 1) if part.width < width else None,
         scene=device.share(scene),
-        weights=device.upload(weights),
+        weights=device.upload(arranged),
         planes=planes,
         width=width,
         pixels=pixels,
         first_column=part.x,
         first_row=part.y,
+        eights=len(arranged),
     )
     if with_coverage:
         first = 4 * (channels * pixels + part.y * width)
