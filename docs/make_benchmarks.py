@@ -38,8 +38,8 @@ and load.
   that uses one core is the ratio of processor times multiplied by the number of cores.
 - NumPy, SciPy, getframes and GalSim use one core, as they do for their users; PyTorch, Mitsuba and Photosite use all.
 - Charts of run time against error are logarithmic; lower left is better. Defaults of Photosite are ringed. A setting is
-  dominated, and hollow in the chart and starred in the table, where another program is neither slower nor more wrong, or
-  another setting of Photosite takes and errs less than nine tenths of it.
+  dominated, and hollow in the chart and starred in the table, where another program is neither slower nor more wrong, and
+  is better in one by more than a twentieth, or another setting of Photosite takes and errs less than nine tenths of it.
 """
 
 

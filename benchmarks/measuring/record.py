@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 OURS = "Photosite"
 OWN_MARGIN = 0.9  # a setting of ours dominates another of ours where it takes and errs less than this share of it
+TIE = 0.95  # times of which the lesser is more than this share of the greater are one time, as runs of one program are
 SHAPE = 2  # of the JSON; a record of another shape is left out of the page
 ERROR_COLUMNS = {
     "case": ["scene", ""],
@@ -130,13 +131,14 @@ def is_ours(row: Row) -> bool:
 
 
 def dominating(row: Row, rows: Iterable[Row]) -> list[Row]:
-    """Rows of the same case that are neither slower, in processor time, nor more wrong; of ours, clearly neither."""
+    """Rows of the same case that are neither slower, in processor time, nor more wrong, and better in one; of ours, in both."""
     found = []
     for other in rows:
         share = OWN_MARGIN if is_ours(other) and is_ours(row) else 1.0
         if other is row or other["case"] != row["case"] or "error" not in other:
             continue
-        if all(other[key] <= share * row[key] for key in ("cpu_s", "error")):
+        is_better = other["cpu_s"] < TIE * row["cpu_s"] or other["error"] < TIE * row["error"]
+        if is_better and all(other[key] <= share * row[key] for key in ("cpu_s", "error")):
             found.append(other)
     return found
 

@@ -45,21 +45,21 @@ class Sampler:
     high: float = np.inf
 
 
+_WORD = "const float w = 0.0f, light = mean;"
+_NORMAL = (  # as in the sensor, light comes after a number
+    "const float w = normal_one(random.a, random.b); const float light = as_float(as_uint(mean) ^ zero_after(w));"
+)
+
+
 def _shortcut(name: str, expression: str) -> Sampler:
     count = f"{SQUARE_ROOT} const float count = (float)(int)larger(0.0f, {expression});"
-    return Sampler(name, f"const float w = normal_one(random.a, random.b); {count}", of_normal=count, low=1e-30)
+    return Sampler(name, f"{_NORMAL} {count.replace('mean', 'light')}", of_normal=count, low=1e-30)
 
 
 SHORTCUTS = (
     _shortcut("normal, rounded", "mean + root * w + 0.5f"),
     _shortcut("Giles Q1, floor", GILES_1),
     _shortcut("Giles Q2, floor", GILES_2),
-)
-
-
-_WORD = "const float w = 0.0f, light = mean;"
-_NORMAL = (  # as in the sensor, light comes after a number
-    "const float w = normal_one(random.a, random.b); const float light = as_float(as_uint(mean) ^ zero_after(w));"
 )
 
 

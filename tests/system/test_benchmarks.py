@@ -200,6 +200,7 @@ def test_a_peer_dominates_where_it_is_neither_slower_nor_more_wrong():
     better = {"case": "a", "name": "NumPy, 8 frames", "cpu_s": 1.0, "error": 0.1}
     others = [better | {"cpu_s": 3.0}, better | {"error": 0.2}, better | {"case": "b"}]
     assert dominating(ours, [ours, better, *others]) == [better]
+    assert dominating(ours, [ours, better | {"cpu_s": 1.95}]) == []  # the same within the noise of times
     for rows, reached in (([ours, *others[:2]], True), ([ours, better], False)):
         record = Record("motion", "", "", rows=[dict(row) for row in rows])
         record.mark_dominated()
