@@ -22,9 +22,11 @@ from simulator.exposure.vector_maps import VectorMap
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.scene_part import ALIGNED_PX, ScenePart
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
@@ -135,6 +137,16 @@ def take_coarse() -> None:
         optics = plan(shot).optics
         assert optics.projection.footprint is not None or (optics.psf is not None and optics.psf.footprint is not None)
         take_with_truth(shot)
+    print("done", devices()[0].name)
+
+
+def sum_bands() -> None:
+    """Cubes of more bands than a vector holds, of all of a scene and of a part of it."""
+    rng, device = np.random.default_rng(0), open_device()
+    for bands in (8, 13):
+        layer, weights = Layer(rng.random((3, 2 * ALIGNED_PX, bands), np.float32), 1.0), rng.random((bands, 3), np.float32)
+        for part in (None, ScenePart(ALIGNED_PX, 1, ALIGNED_PX, 2)):
+            camera_planes(device, layer, weights, False, part)
     print("done", devices()[0].name)
 
 
@@ -336,6 +348,7 @@ if __name__ == "__main__":
         "rays": follow_rays,
         "fine": take_fine,
         "coarse": take_coarse,
+        "bands": sum_bands,
         "distorted": take_distorted,
         "steps": take_steps,
         "wide": take_wide,

@@ -48,6 +48,7 @@ CASES = [
     "rays",
     "fine",
     "coarse",
+    "bands",
     "distorted",
     "steps",
     "wide",
