@@ -11,7 +11,7 @@ import os
 import platform
 import shutil
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
@@ -21,6 +21,7 @@ from simulator.errors import PhotositeError
 LEFTOVER = ".photosite-"  # begins the name of a folder in which something is being written
 _OWNER, _UNLOCKED = "owner", "unlocked"  # names of the file that is locked, or cannot be
 _PLACES = 8  # folders of one target that are looked at; a folder beyond them is left to `remove_abandoned`
+_BEGUN_BYTES = 2**23  # of a file that is being written, after which the disk begins with them
 _LABEL_BYTES = 150  # of a target's name within the folder's; file systems allow 255 for all of it
 _FIX = {
     errno.ENOSPC: "free some space or choose another disk",
@@ -50,15 +51,12 @@ def atomic_write(path: str | os.PathLike, durable: bool = True) -> Iterator[Path
     # Renaming over a device such as /dev/null would replace the device.
     if not stat.S_ISREG(_mode(target, stat.S_IFREG)):
         raise PhotositeError("cannot be written: it is not a plain file; choose another name", file=path)
-    try:
-        with _workplace(target) as folder:
-            temporary = folder / f"new{target.suffix}"
-            yield temporary
-            if durable:
-                _to_disk(temporary)
-            os.replace(temporary, target)
-    except OSError as error:
-        raise _write_error(path, error) from error
+    with write_errors(path), _workplace(target) as folder:
+        temporary = folder / f"new{target.suffix}"
+        yield temporary
+        if durable:
+            _to_disk(temporary)
+        os.replace(temporary, target)
 
 
 @contextmanager
@@ -72,16 +70,13 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     if not stat.S_ISDIR(_mode(target, stat.S_IFDIR)):
         raise PhotositeError("cannot be written: it is not a folder; choose another name", file=path)
-    try:
-        with _workplace(target) as folder:
-            temporary = folder / "new"
-            yield temporary
-            for file in temporary.rglob("*"):
-                if file.is_file():
-                    _to_disk(file)
-            _put_in_place(temporary, target, folder / "old")
-    except OSError as error:
-        raise _write_error(path, error) from error
+    with write_errors(path), _workplace(target) as folder:
+        temporary = folder / "new"
+        yield temporary
+        for file in temporary.rglob("*"):
+            if file.is_file():
+                _to_disk(file)
+        _put_in_place(temporary, target, folder / "old")
 
 
 @contextmanager
@@ -91,11 +86,34 @@ def scratch_folder(path: str | os.PathLike) -> Iterator[Path]:
     What killed processes left of the same target is removed. Raises PhotositeError when the folder cannot be made or
     written to, or the block raises OSError (disk full).
     """
+    with write_errors(path), _workplace(Path(os.path.realpath(path))) as folder:
+        yield folder
+
+
+@contextmanager
+def write_errors(path: str | os.PathLike) -> Iterator[None]:
+    """Raise PhotositeError that names `path` for an OSError of the block."""
     try:
-        with _workplace(Path(os.path.realpath(path))) as folder:
-            yield folder
+        yield
     except OSError as error:
-        raise _write_error(path, error) from error
+        fix = _FIX.get(error.errno or 0, "check the path and the disk")
+        raise PhotositeError(f"cannot be written: {error.strerror or error}; {fix}", file=path) from error
+
+
+def write_buffers(path: str | os.PathLike, buffers: Iterable[bytes | memoryview]) -> None:
+    """Write buffers one after the other into a new file. Raises OSError.
+
+    The disk begins with the first ones while later ones are made and copied, so that little is left to wait for in the end.
+    """
+    with open(path, "wb") as file:
+        begun = 0
+        for buffer in buffers:
+            file.write(buffer)
+            if hasattr(os, "posix_fadvise") and file.tell() - begun >= _BEGUN_BYTES:
+                file.flush()
+                # Linux begins to write what it is told to forget, and forgets only what is on the disk.
+                os.posix_fadvise(file.fileno(), begun, file.tell() - begun, os.POSIX_FADV_DONTNEED)
+                begun = file.tell()
 
 
 def _mode(path: Path, otherwise: int) -> int:
@@ -246,11 +264,6 @@ def _put_in_place(folder: Path, target: Path, old: Path) -> None:
         with suppress(FileNotFoundError):  # the other process was faster
             os.replace(target, old)
         shutil.rmtree(old, ignore_errors=True)
-
-
-def _write_error(path: str | os.PathLike, error: OSError) -> PhotositeError:
-    fix = _FIX.get(error.errno or 0, "check the path and the disk")
-    return PhotositeError(f"cannot be written: {error.strerror or error}; {fix}", file=path)
 
 
 def _to_disk(path: Path) -> None:

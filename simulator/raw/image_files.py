@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.atomic_files import atomic_write, reserve
+from simulator.atomic_files import atomic_write, reserve, write_buffers
 from simulator.errors import PhotositeError, first_line, reading
 from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.plain_exr import exr_pieces, is_plain
@@ -65,10 +65,7 @@ def put_parts(path: Path, parts: Sequence[PicturePart]) -> None:
     Raises OSError, without the path, when the file cannot be written.
     """
     if path.suffix == ".exr" and is_plain(parts):
-        with open(path, "wb") as file:
-            for piece in exr_pieces(parts, {"Software": software()}):
-                file.write(piece)
-        return
+        return write_buffers(path, exr_pieces(parts, {"Software": software()}))
     import OpenImageIO
 
     size_bytes = sum(part.pixels.nbytes for part in parts)

@@ -5,7 +5,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from simulator.atomic_files import atomic_write
+from simulator.atomic_files import atomic_write, write_errors
 from simulator.errors import PhotositeError
 from simulator.progress import counted_as
 from simulator.raw.canonical_json import json_text
@@ -49,18 +49,17 @@ def save(raw: Raw, directory: str | os.PathLike[str], *, truth: bool = True) -> 
     Raises PhotositeError when the frame does not fit a DNG, the settings are not plain data, or a path cannot be written.
     """
     files = files_of(raw.name, directory)
-    settings = sidecar_text(raw)
-    mosaic, parts = dng_pieces(raw), truth_parts(raw) if truth else []
+    settings, mosaic = sidecar_text(raw), dng_pieces(raw)
     with atomic_write(files.sidecar) as sidecar:
         sidecar.write_text(settings, encoding="utf-8")
-        with atomic_write(files.twin) if truth else nullcontext() as twin:
+        with atomic_write(files.twin) if truth else nullcontext() as twin, atomic_write(files.dng) as dng:
+            write_pieces(mosaic, dng)
             if twin is not None:
-                put_parts(twin, parts)
-            with atomic_write(files.dng) as dng:
-                write_pieces(mosaic, dng)
-                files.sidecar.unlink(missing_ok=True)
-                if not truth:
-                    files.twin.unlink(missing_ok=True)
+                with write_errors(files.twin):
+                    put_parts(twin, truth_parts(raw))  # the truth is computed while the disk writes the mosaic
+            files.sidecar.unlink(missing_ok=True)
+            if not truth:
+                files.twin.unlink(missing_ok=True)
     return files
 
 

@@ -149,6 +149,17 @@ def test_a_set_that_breaks_off_leaves_the_old_set_or_none(tmp_path, monkeypatch,
     assert not list((tmp_path / "new").iterdir())
 
 
+def test_the_mosaic_is_on_its_way_to_the_disk_before_the_truth_is_computed(tmp_path):
+    found = []
+
+    def truth() -> np.ndarray:
+        found.extend(path.stat().st_size for path in tmp_path.glob("*/new.dng"))
+        return np.zeros((96, 128), np.float32)
+
+    save(random_frame(mean_electrons=truth), tmp_path)
+    assert found and found[0] >= 2 * 96 * 128
+
+
 def test_settings_are_plain_sorted_json_whatever_numbers_they_hold():
     settings = {
         "z": np.float32(0.5),

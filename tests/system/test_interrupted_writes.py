@@ -119,10 +119,10 @@ def test_a_full_disk_is_one_message_and_keeps_the_old_file(tmp_path, name):
 
 @mounts
 def test_a_disk_too_small_for_the_whole_set_takes_no_part_of_it(tmp_path):
-    """The twin and the settings would fit, the raw file not any more."""
+    """The raw file and the settings would fit, the twin not any more."""
     height = 100  # twin 2 x 4 bytes and raw file 2 bytes for each of 40,000 photosites, and a thumbnail
     message = python(stopped(WRITERS["frame.dng"], height=height), tmp_path, *on_disk("size=452k"))
-    assert message.startswith(f"{tmp_path}/frame.dng: cannot be written: No space left")
+    assert message.startswith(f"{tmp_path}/frame.truth.exr: cannot be written: No space left")
 
 
 @mounts

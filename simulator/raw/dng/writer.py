@@ -10,7 +10,7 @@ import os
 
 import numpy as np
 
-from simulator.atomic_files import atomic_write
+from simulator.atomic_files import atomic_write, write_buffers
 from simulator.errors import PhotositeError, require
 from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.dng import tiff
@@ -48,11 +48,8 @@ def dng_bytes(raw: Raw) -> bytes:
 
 
 def write_pieces(pieces: list[bytes | memoryview], path: str | os.PathLike) -> None:
-    """Write buffers one after the other."""
-    with open(path, "wb") as file:
-        for piece in pieces:
-            for block in in_blocks(np.frombuffer(piece, np.uint8)):
-                file.write(block.data)
+    """Write buffers one after the other. Raises OSError."""
+    write_buffers(path, (block.data for piece in pieces for block in in_blocks(np.frombuffer(piece, np.uint8))))
 
 
 def dng_pieces(raw: Raw) -> list[bytes | memoryview]:
