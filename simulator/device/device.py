@@ -210,6 +210,13 @@ class Device:
         mapped.base.release(self._queue)
         self._queue.finish()
 
+    def array(self, shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
+        """Return an uninitialised array of the host; a large one has memory that an earlier one needs no more."""
+        size = math.prod(shape) * np.dtype(dtype).itemsize
+        if not HAS_HUGE_PAGES or size < LARGE_BYTES:
+            return np.empty(shape, dtype)
+        return self._pages.take(size).view(dtype).reshape(shape)
+
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Return an uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
         return self._buffer(cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
@@ -256,13 +263,13 @@ class Device:
     @counted_as("device")
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
         """Wait for all work enqueued before, and return the content of a buffer as an array."""
-        array = np.empty(shape, dtype)
+        array = self.array(shape, dtype)
         cl.enqueue_copy(self._queue, array, buffer)
         return array
 
     def download_later(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> Callable[[], np.ndarray]:
         """Return a function that returns what a buffer has held here, as an array, while what is enqueued later goes on."""
-        array = np.empty(shape, dtype)
+        array = self.array(shape, dtype)
         event = cl.enqueue_copy(self._queue, array, buffer, is_blocking=False)
         self._queue.flush()
 

@@ -155,7 +155,7 @@ def _receive(device: Device, geometry: ReadoutGeometry, launch: Callable[[Buffer
 
     The result is an array of its own: kernels write into it on a CPU, so that its memory is neither copied nor mapped twice.
     """
-    array = np.empty((geometry.computed.height, geometry.computed.width), dtype)
+    array = device.array((geometry.computed.height, geometry.computed.width), dtype)
     result = device.receive(array)
     launch(result)
     device.collect(result, array)

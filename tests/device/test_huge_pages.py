@@ -53,7 +53,7 @@ def resident_bytes() -> int:
 @pytest.mark.skipif(not HAS_HUGE_PAGES, reason="the system has no huge pages to ask for")
 def test_memory_is_given_back_when_the_queue_has_come_past_it():
     passed = [False]
-    pages, size = HugePages(lambda: lambda: passed[0]), 64 * LARGE_BYTES
+    pages, size = HugePages(lambda: lambda: passed[0], most_free_bytes=0), 64 * LARGE_BYTES
     before = resident_bytes()
     array = pages.take(size)
     array[:] = 1
@@ -64,3 +64,32 @@ def test_memory_is_given_back_when_the_queue_has_come_past_it():
     passed[0] = True
     pages.take(1)
     assert resident_bytes() < before + 0.1 * size
+
+
+@pytest.mark.skipif(not HAS_HUGE_PAGES, reason="the system has no huge pages to ask for")
+def test_memory_is_used_again_only_when_no_view_and_no_command_uses_it():
+    passed, size = [True], 2 * LARGE_BYTES
+    pages = HugePages(lambda: lambda: passed[0], most_free_bytes=size)
+    array = pages.take(size)
+    place, view = array.ctypes.data, array.view(np.uint16)[:100].reshape(10, 10)[2:]
+    array[:] = 7
+    del array
+    other = pages.take(size)
+    other[:] = 1
+    assert (view == 0x0707).all()
+    passed[0] = False
+    del view
+    third = pages.take(size)
+    assert third.ctypes.data != place  # a command may use it
+    passed[0] = True
+    assert pages.take(size - 1000).ctypes.data == place
+
+
+@pytest.mark.skipif(not HAS_HUGE_PAGES, reason="the system has no huge pages to ask for")
+def test_new_memory_takes_the_place_of_what_was_kept():
+    pages, size = HugePages(lambda: lambda: True), 16 * LARGE_BYTES
+    pages.take(size)[:] = 1
+    before = resident_bytes()
+    array = pages.take(2 * size)
+    array[:] = 1
+    assert resident_bytes() < before + 1.2 * size
