@@ -10,6 +10,7 @@ struct sampling {
     uint point_count;     // most points of a block
     uint least;           // points after which means are compared for the first time, a power of two; they are again at each power of two
     uint cfa;             // colour planes of the filter's pattern of 2 x 2 photosites [row][column], a byte each; a frame of any takes one build
+    uint first_color;     // of mosaic_colors.h
     uint normalise;       // 1: light is divided by the share of rays that meet a surface, so that rays that meet none do not darken it
     float slope, offset;  // allowed squared difference [(e- s^-1 um^-2 sr^-1)^2]: slope * light + offset
 };
@@ -17,9 +18,15 @@ struct sampling {
 // Sums over points, SIZE by SIZE: of each layer, where CORRECTION is 1, and composited. Arrays of their own, so that compilers see that they
 // do not overlap.
 struct point_sums {
-    const float *sum, *seen;     // LAYERS * ALL: colour less coverage times `sharp`, for smaller rounding errors; coverage
-    const float *all, *all_seen; // ALL
+    const float *sum, *seen;     // COLORS * LAYERS * ALL: colour less coverage times `sharp`, for smaller rounding errors; LAYERS * ALL: coverage
+    const float *all, *all_seen; // COLORS * ALL; ALL
 };
+
+// The sums of one of the colours.
+INLINE struct point_sums sums_of(const struct point_sums of, const uint color) {
+    const struct point_sums found = {of.sum + CORRECTION * color * LAYERS * ALL, of.seen, of.all + color * ALL, of.all_seen};
+    return found;
+}
 
 // Mean light of a photosite over so many points, of the sums of light less coverage times `sharp` and of coverage.
 INLINE float mean_light(const float all, const float seen, const float sharp, const uint count, const uint normalise) {

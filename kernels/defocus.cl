@@ -10,8 +10,8 @@
 //          samples above the row in its column, each less the column's minimum, which keeps sums and so their rounding
 //          errors small; these do not add up (Kahan). Last row: the column's minimum.
 // radius:  (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus; OVER 1.
-// light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
-// open:    (height, width) float32, share of light that the nearer surfaces let through. COMPOSITE 1: this surface is composited
+// light:   (mosaics, height, width) float32, of mosaic_colors.h.
+// open:    (mosaics, height, width) float32, share of light that the nearer surfaces let through. COMPOSITE 1: this surface is composited
 //          behind them, and `open` is multiplied by one minus its mean coverage. COMPOSITE 0: not read.
 // tiles:   (tiles) struct tile. nodes: (nodes) struct node, taps: (taps) struct tap, of all nodes (aperture_mean.h).
 // corners: (tiles, 2, TILE_ZONES + 1) uint32, first place in `entries` of each corner of a tile's zones (zones.h); ZONE 0: not read.
@@ -20,6 +20,7 @@
 #include "aperture_mean.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "mosaic_colors.h"
 #include "row_band.h"
 #include "zones.h"
 
@@ -33,6 +34,7 @@ struct surface {
     uint map;         // of `radius`
     uint map_rows;    // rows of photosites of each map
     uint map_row;     // row of the map at the band's first row
+    uint first_color; // of mosaic_colors.h
     uint zone_row;    // row of photosites of the band at which a row of zones begins
 };
 
@@ -60,51 +62,48 @@ kernel void defocus_sums(global const float *restrict sampled, global float *res
 
 // Dimension 0: spans of a tile; 1: its rows of photosites, each as even and odd columns; 2: tiles.
 kernel void defocus_mean(global const float *restrict sampled, global const float *restrict sums, global const float *restrict radius,
-                         global float *restrict light, global float *restrict open, global const struct tile *restrict tiles,
-                         global const struct node *restrict nodes, global const struct tap *restrict taps,
-                         global const uint *restrict corners, global const int *restrict entries, const struct surface surface,
-                         const struct row_band band) {
+                         global float *restrict light, global float *restrict open, global const struct tile *restrict tiles, global const struct node *restrict nodes,
+                         global const struct tap *restrict taps, global const uint *restrict corners, global const int *restrict entries,
+                         const struct surface surface, const struct row_band band) {
     const size_t parity = get_global_id(1) & 1, rows = band.sample_rows, columns = band.set_columns;
     const struct tile tile = tiles[get_global_id(2)];
     const uint row = tile.row + (uint)(get_global_id(1) >> 1), y = (uint)band.frame_y + row; // y wraps above the frame
     const size_t column = tile.column + get_global_id(0) * SPAN;
     if (y >= band.height) return;
-    const size_t first = COLUMN_SETS * surface.first_plane, colour = COLUMN_SETS * cfa_plane((uint)band.frame_x + parity, y);
-    const size_t map = 2 * surface.map + parity;
+    const size_t first = COLUMN_SETS * surface.first_plane, map = 2 * surface.map + parity;
+    const size_t colour = COLUMN_SETS * (COLORS > 1 ? surface.first_color : cfa_plane((uint)band.frame_x + parity, y));
     global const float *own = radius + row_start(map, surface.map_row + row, surface.map_rows, columns) + column;
     global const float *sharp = sampled + row_start(first + colour + parity, row, rows, columns) + column;
-    float sum[2 * SPAN], mean[SPAN]; // sum: of the colour, and of coverage
-    for (uint i = 0; i < SPAN; i++) sum[i] = tile.nodes ? 0.0f : sharp[i]; // tiles are copied only where OVER is 1
-    for (uint i = SPAN; i < 2 * SPAN; i++) sum[i] = 0.0f;
+    float sum[(COLORS + 1) * SPAN], mean[SPAN], share[SPAN]; // sum: of each colour, and of coverage
+    for (uint i = 0; i < (COLORS + 1) * SPAN; i++) // tiles are copied only where OVER is 1
+        sum[i] = tile.nodes || i >= COLORS * SPAN ? 0.0f : sharp[i / SPAN * COLUMN_SETS * rows * columns + i % SPAN];
     const uint first_x = 2 * (uint)(column - tile.column) + (uint)parity; // column of photosites in the tile
     const float down = zone_place(row - surface.zone_row);
     for (uint corner = 0; corner < CORNERS; corner++) {
         global const int *places = entries + zone_corner(corners, get_global_id(2), corner, first_x);
         for (uint n = tile.first_node; n < tile.first_node + tile.nodes; n++) {
             const struct node node = nodes[ZONE ? places[n] : (int)n];
-            for (uint what = 0; what <= COMPOSITE; what++) {
-                const size_t set = what ? COLUMN_SETS * CHANNELS : colour;
+            for (uint i = 0; i < SPAN; i++)
+                share[i] = corner_share(corner, zone_place(first_x + 2 * i), down) * (NODES ? node_weight(own[i] * NODES_PER_PX, node.radius) : 1.0f);
+            for (uint what = 0; what < COLORS + COMPOSITE; what++) {
+                const size_t set = what == COLORS ? COLUMN_SETS * CHANNELS : colour + COLUMN_SETS * what;
                 global const float *values = sampled + row_start(first + set, OVER * row, rows, columns) + column;
                 global const float *summed = sums + row_start(set, OVER * row, rows + 2, columns) + column;
                 global const float *low = sums + row_start(set, rows + 1, rows + 2, columns) + column;
                 for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
                 add_image(node, values, summed, taps, parity, mean);
                 add_taps(low, taps + node.first_side, node.sides, parity, mean);
-                for (uint i = 0; i < SPAN; i++)
-                    sum[what * SPAN + i] += corner_share(corner, zone_place(first_x + 2 * i), down) *
-                        (NODES ? node_weight(own[i] * NODES_PER_PX, node.radius) : 1.0f) * mean[i];
+                for (uint i = 0; i < SPAN; i++) sum[what * SPAN + i] += share[i] * mean[i];
             }
         }
     }
     for (uint i = 0; i < SPAN; i++) {
         const uint x = (uint)(2 * (column + i) + parity) + (uint)band.frame_x; // wraps to a large number left of the frame
         if (x >= band.width) continue;
-#if COMPOSITE
-        const float through = open[(size_t)y * band.width + x];
-        light[(size_t)y * band.width + x] += through * sum[i];
-        open[(size_t)y * band.width + x] = through * (1.0f - sum[SPAN + i]);
-#else
-        light[(size_t)y * band.width + x] = sum[i];
-#endif
+        const size_t at = mosaic_element(0, x, y, band); // mosaics that are made together share the first one's `open`
+        const float through = COMPOSITE ? open[at] : 1.0f;
+        for (uint c = 0; c < COLORS; c++)
+            set_light(light + mosaic_element(c, x, y, band), COMPOSITE, through * sum[c * SPAN + i]);
+        if (COMPOSITE) open[at] = through * (1.0f - sum[COLORS * SPAN + i]);
     }
 }

@@ -86,5 +86,5 @@ kernel void highlights_spread(global const float *restrict sampled, global const
         }
         sum += share * open * (1.0f - covered);
     }
-    light[(size_t)y * band.width + x] += sum;
+    light[((size_t)band.light_row + y) * band.width + x] += sum;
 }

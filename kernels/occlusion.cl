@@ -10,7 +10,7 @@
 // planes: (LAYERS, CHANNELS + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, colours [e- s^-1 um^-2 sr^-1] times
 //         coverage, then coverage (0 to 1); interleaved columns, a band with its margins (row_band.h).
 // radius: (maps, COLUMN_SETS, sample_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus.
-// light:  (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
+// light:  (mosaics, height, width) float32, of mosaic_colors.h.
 // blocks: (blocks, BLOCK) uint32: column within its set and row of the first photosite in the band, first slab, slabs, first point; TURNS 1: and
 //         columns and rows of that photosite's middle from the middle of its cell, as the bits of a float32.
 // slabs:  (slabs, 6) float32, layer by layer, nearest first: layer, map (-1: constant radius), three radii [photosites]: at phase 0
@@ -24,36 +24,37 @@
 #include "agreement.h"
 #include "block_view.h"
 #include "interleaved_columns.h"
+#include "mosaic_colors.h"
 #include "patch_windows.h"
 #include "plain_math.h"
 #include "row_band.h"
 #include "slab_light.h"
 
-// Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites, each
-// of one colour: even or odd row, even or odd column.
+// Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites.
 kernel void occlusion(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
                       global const uint *restrict blocks, global const float *restrict slabs, global const float *restrict points,
                       global const struct patch_window *restrict windows, const struct sampling sampling, const struct row_band band) {
     global const uint *block = blocks + BLOCK * get_global_id(2);
     const size_t column = block[0] + get_global_id(0) * SPAN, next = 2 * OVER * band.set_columns; // to the next row of the colour
     const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, patch_columns = set_columns / HALF_PATCH;
-    float sum[CORRECTION ? LAYERS * ALL : 1], seen[CORRECTION ? LAYERS * ALL : 1], all[ALL], all_seen[ALL];
-    float before[ALL], missed[ALL], covered[ALL], sharp[ALL], kept[ALL];
+    float sum[CORRECTION ? COLORS * LAYERS * ALL : 1], seen[CORRECTION ? LAYERS * ALL : 1], all[COLORS * ALL], all_seen[ALL];
+    float before[ALL], missed[ALL], covered[ALL], sharp[COLORS * ALL], kept[COLORS * ALL];
     const struct point_sums sums = {sum, seen, all, all_seen};
     local float parts[WORKERS]; // of a sum over the block
-    for (uint i = 0; i < LAYERS * CORRECTION * ALL; i++) sum[i] = seen[i] = 0.0f;
-    for (uint i = 0; i < ALL; i++) all[i] = all_seen[i] = 0.0f;
-    uint count = sampling.point_count, top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
+    for (uint i = 0; i < COLORS * LAYERS * CORRECTION * ALL; i++) sum[i] = seen[i % (LAYERS * ALL)] = 0.0f;
+    uint agreed = 0, top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
     const long start = OVER * (long)top * set_columns + (long)column; // of the first photosite in its column set
-    long colour[SETS]; // of each set: column sets before its colour's
-    for (uint set = 0; set < SETS; set++) {
-        const uint down = set / 2, across = set % 2;
-        const uint place = 2u * (((uint)band.frame_y + top + down) & 1u) + ((across + (uint)band.frame_x) & 1u); // in the filter's pattern
-        colour[set] = COLUMN_SETS * ((sampling.cfa >> 8u * place) & 255u);
-        global const float *own = planes + (OVER * across + colour[set]) * plane + start + OVER * (long)down * set_columns;
-        for (uint i = 0; i < SIZE; i++) sharp[set * SIZE + i] = own[i / SPAN * next + i % SPAN], kept[set * SIZE + i] = 0.0f;
+    long colour[PLANES]; // column sets before each colour's
+    for (uint i = 0; i < PLANES; i++) {
+        const uint place = 2u * (((uint)band.frame_y + top + i / 2) & 1u) + ((i + (uint)band.frame_x) & 1u); // in the filter's pattern
+        colour[i] = COLUMN_SETS * (COLORS > 1 ? sampling.first_color + i : (sampling.cfa >> 8u * place) & 255u);
     }
-    for (uint n = 0; n < count; n++) {
+    for (uint m = 0; m < COLORS * ALL; m++) {
+        const uint set = m % ALL / SIZE, i = m % SIZE;
+        all[m] = all_seen[m % ALL] = kept[m] = 0.0f;
+        sharp[m] = planes[(OVER * (set % 2) + colour[of_color(m / ALL, set)]) * plane + start + OVER * (long)(set / 2) * set_columns + i / SPAN * next + i % SPAN];
+    }
+    for (uint n = 0; n < sampling.point_count && agreed + 1u != 1u << COLORS; n++) {
         int current = -1;
         for (uint k = block[2], end = k + block[3]; k < end; k++) {
             global const float *slab = slabs + 6 * k;
@@ -78,14 +79,12 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             uint unmet[SPAN];
             for (uint i = 0; i < SPAN; i++) unmet[i] = 0u;
             global const float *held = planes + layer * COLUMN_SETS * (CHANNELS + COVERAGE) * plane + start;
-            const struct slab_samples at = {
-                {held + colour[0] * plane, held + colour[1] * plane, held + colour[2] * plane, held + colour[3] * plane},
-                held + COLUMN_SETS * CHANNELS * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
+            struct slab_samples at = {{held}, held + COLUMN_SETS * CHANNELS * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
                 {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
                 {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
                 (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};
-            const size_t own = CORRECTION * layer * ALL;
-            const struct ray_state ray = {before, missed, covered, all, all_seen, sum + own, seen + own, unmet, sharp};
+            set_planes(at.light, held, colour, plane);
+            const struct ray_state ray = {before, missed, covered, all, all_seen, sum + CORRECTION * layer * ALL, seen + CORRECTION * layer * ALL, unmet, sharp};
             add_case(mapped, partial, fresh, at, ray);
             for (uint i = 1; i < SPAN; i++) unmet[0] |= unmet[i];
             if (unmet[0]) continue;
@@ -93,16 +92,18 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             while (k + 1 < end && (int)slabs[6 * k + 6] == current) k++; // the ray is fully covered by this layer: skip its other slabs
         }
         if (OPAQUE && current >= 0) for (uint i = 0; i < ALL; i++) all_seen[i] += 1.0f - missed[i];
-        if (n + 1 < sampling.least || n + 1 == count || (n & (n + 1)) != 0) continue;
-        const float off = sum_over_block(disagreement(sums, sharp, kept, n + 1, sampling), parts);
-        if (n + 1 > sampling.least && off <= (float)(WORKERS * ALL)) count = n + 1;
+        if (n + 1 < sampling.least || n + 1 == sampling.point_count || (n & (n + 1)) != 0) continue;
+        for (uint c = 0; c < COLORS; c++) { // `kept` is what a colour found whose rays agree, whatever rays others take
+            if (agreed >> c & 1u) continue;
+            const float off = sum_over_block(disagreement(sums_of(sums, c), sharp + c * ALL, kept + c * ALL, n + 1, sampling), parts);
+            if (n + 1 > sampling.least && off <= (float)(WORKERS * ALL)) agreed |= 1u << c;
+        }
     }
-    for (uint m = 0; m < ALL; m++) {
-        const uint set = m / SIZE, i = m % SIZE;
+    for (uint m = 0; m < COLORS * ALL; m++) {
+        const uint c = m / ALL, set = m % ALL / SIZE, i = m % SIZE;
         const uint x = (uint)(2 * (column + i % SPAN) + set % 2) + (uint)band.frame_x, y = (uint)band.frame_y + top + set / 2 + 2 * (i / SPAN); // wrap
         if (x >= band.width || y >= band.height) continue;
-        global float *result = light + (size_t)y * band.width + x;
-        const float found = found_light(sums, m, sharp[m], count, sampling.normalise);
-        *result = CORRECTION ? *result + found : found;
+        const float found = agreed >> c & 1u ? kept[m] : found_light(sums_of(sums, c), m % ALL, sharp[m], sampling.point_count, sampling.normalise);
+        set_light(light + mosaic_element(c, x, y, band), CORRECTION, found);
     }
 }

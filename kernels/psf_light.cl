@@ -5,16 +5,16 @@
 #include "conventions.h"
 #include "interleaved_columns.h"
 
-// Writes one colour's blurred frame, mosaic: (mosaic_rows, mosaic_columns) float32, into `planes`, with one sample per photosite; what lies
-// beyond it stays as it is. shift_x, shift_y: photosite of the band at its upper left corner.
-// Dimension 0: columns of a set; 1: rows; 2: column sets.
-kernel void psf_interleave(global const float *restrict mosaic, global float *restrict planes, const uint colour,
-                           const uint mosaic_columns, const uint mosaic_rows, const int shift_x, const int shift_y) {
-    const size_t set = get_global_id(2);
+// Writes blurred frames, mosaics: (colours, mosaic_rows, mosaic_columns) float32, from plane `first_color` on, into `planes`, with one sample
+// per photosite; what lies beyond them stays as it is. shift_x, shift_y: photosite of the band at their upper left corner.
+// Dimension 0: columns of a set; 1: rows; 2: column sets of all colours.
+kernel void psf_interleave(global const float *restrict mosaics, global float *restrict planes, const uint first_color, const uint mosaic_columns,
+                           const uint mosaic_rows, const int shift_x, const int shift_y) {
+    const size_t set = get_global_id(2) % 2, number = get_global_id(2) / 2;
     const uint column = (uint)(2 * get_global_id(0) + set) - (uint)shift_x, row = (uint)get_global_id(1) - (uint)shift_y;
     if (column >= mosaic_columns || row >= mosaic_rows) return;
-    planes[row_start(2 * colour + set, get_global_id(1), get_global_size(1), get_global_size(0)) + get_global_id(0)] =
-        mosaic[(size_t)row * mosaic_columns + column];
+    planes[row_start(2 * (first_color + number) + set, get_global_id(1), get_global_size(1), get_global_size(0)) + get_global_id(0)] =
+        mosaics[(number * mosaic_rows + row) * mosaic_columns + column];
 }
 
 // Sharp image of layers front to back: in place, planes of the first layer become the composite, the first map the blur radius of the

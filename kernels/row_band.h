@@ -9,6 +9,7 @@ struct row_band {
     int frame_y;      // row of the frame at the band's first photosite; negative in the margin above the frame
     uint width;       // columns of the frame [photosites]
     uint height;      // rows of the frame [photosites]
+    uint light_row;   // row of `light` at the frame's first row: 0 but where `light` is of several mosaics, one after the other
 };
 
 #endif

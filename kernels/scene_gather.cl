@@ -8,7 +8,7 @@
 // planes:     (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
 // radius:     (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites] in interleaved columns, OVER 1; GRADED 0: not
 //             read, and each tile has its own.
-// light:      (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
+// light:      (mosaics, height, width) float32 [e- s^-1 um^-2 sr^-1], of which one is made.
 // tiles:      (tiles) struct gathered_tile. rectangles: (RECTANGLES) struct rectangle.
 // pose:       as in projection.cl.
 // TAPS:       most scene pixels on either axis that a part of a photosite and its blur circle touch. INSET, SPLIT as in projection.cl.
@@ -33,6 +33,7 @@ struct rectangle {
 struct gather {
     int origin_x, origin_y;   // photosite of the sensor at [0, 0] of the frame
     uint width, height;       // of the frame
+    uint light_row;           // row of `light` at the frame's first row
     uint map;                 // of `radius`
     int map_column, map_row;  // photosite of the map at [0, 0] of the frame
     uint map_rows, set_columns; // rows of each map, and columns of each of its column sets
@@ -104,5 +105,5 @@ kernel void scene_gather(global const float *restrict planes, global const float
             sum += image.share * (1.0f / (SPLIT * SPLIT)) * seen;
         }
     }
-    light[(size_t)row * frame.width + column] = sum;
+    light[((size_t)frame.light_row + row) * frame.width + column] = sum;
 }

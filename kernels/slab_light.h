@@ -9,7 +9,7 @@
 // is blurred by any.
 #define SHARP_PX (MOTION + OVER == 1 ? 0.5f : 0.0f)
 
-// State of the photosites' rays through this point, and sums over points; ALL each.
+// State of the photosites' rays through this point, and sums over points; ALL each, of light COLORS times ALL.
 struct ray_state {
     float *before, *missed, *covered; // share of light that passes the layers in front; share that missed this layer so far; its coverage
     float *all, *all_seen;            // sums of light and of coverage, composited
@@ -30,19 +30,23 @@ INLINE float mix(global const float *plane, const struct weights w, const struct
     return w.a * plane[spot.a] + w.b * plane[spot.b] + w.c * plane[spot.c] + w.d * plane[spot.d];
 }
 
-// Add the slab's light to photosite m, of a set of this colour; returns the share of its ray that is left.
+// Add the slab's light to photosite m of a set; returns the share of its ray that is left.
 // OPAQUE 1: only the last layer has a coverage below 1. The share that missed all slabs so far, of whatever layer, is the share that
 // passes on, and no other state is needed; all_seen is less the share that has met any slab. fresh: whether this is the first slab
 // that the rays meet, before which that state is not read.
 INLINE float add_ray(const int partial, const int fresh, const uint m, const struct weights w, const struct slab_samples at,
-                     const struct ray_state ray, const struct spot spot, global const float *light) {
+                     const struct ray_state ray, const struct spot spot, const uint set) {
     const float met = w.a + w.b + w.c + w.d, cover = partial ? mix(at.coverage, w, spot) : met;
     const float missed = OPAQUE && fresh ? 1.0f : ray.missed[m], open = OPAQUE ? missed : ray.before[m] * missed, left = missed - missed * met;
-    const float more = mix(light, w, spot) - ray.sharp[m] * cover;
-    ray.all[m] += open * more;
+    __attribute__((opencl_unroll_hint(COLORS)))
+    for (uint c = 0; c < COLORS; c++) {
+        const float more = mix(at.light[of_color(c, set)], w, spot) - ray.sharp[c * ALL + m] * cover;
+        ray.all[c * ALL + m] += open * more;
+        if (CORRECTION) ray.sum[c * LAYERS * ALL + m] += missed * more;
+    }
     if (OPAQUE && partial) ray.all_seen[m] += open * (cover - met);
     if (!OPAQUE) ray.all_seen[m] += open * cover, ray.covered[m] += missed * cover;
-    if (CORRECTION) ray.sum[m] += missed * more, ray.seen[m] += missed * cover;
+    if (CORRECTION) ray.seen[m] += missed * cover;
     ray.missed[m] = left;
     return left;
 }
@@ -57,8 +61,8 @@ INLINE void add_row(const int wide, const int mapped, const int partial, const i
         const struct spot s2 = spot_of(wide, at, i, j, 1, 0), s3 = spot_of(wide, at, i, j, 1, 1);
         const struct weights w0 = mapped ? weigh(at, s0) : s0.all, w1 = mapped ? weigh(at, s1) : s1.all;
         const struct weights w2 = mapped ? weigh(at, s2) : s2.all, w3 = mapped ? weigh(at, s3) : s3.all;
-        const float left0 = add_ray(partial, fresh, m, w0, at, ray, s0, at.light[0]), left1 = add_ray(partial, fresh, m + SIZE, w1, at, ray, s1, at.light[1]);
-        const float left2 = add_ray(partial, fresh, m + 2 * SIZE, w2, at, ray, s2, at.light[2]), left3 = add_ray(partial, fresh, m + 3 * SIZE, w3, at, ray, s3, at.light[3]);
+        const float left0 = add_ray(partial, fresh, m, w0, at, ray, s0, 0), left1 = add_ray(partial, fresh, m + SIZE, w1, at, ray, s1, 1);
+        const float left2 = add_ray(partial, fresh, m + 2 * SIZE, w2, at, ray, s2, 2), left3 = add_ray(partial, fresh, m + 3 * SIZE, w3, at, ray, s3, 3);
         const float even = left0 > left1 ? left0 : left1, odd = left2 > left3 ? left2 : left3, most = even > odd ? even : odd;
         if (mapped) ray.unmet[i] |= most > 1e-3f ? 1u : 0u;
     }

@@ -3,14 +3,14 @@
 #define SLAB_SAMPLES_H
 #include "block_view.h"
 #include "conventions.h"
-#define SETS 4             // of photosites: even or odd row, even or odd column
+#include "mosaic_colors.h"
 #define SIZE (ROWS * SPAN) // photosites of a set: ROWS rows, two apart, of SPAN columns of a column set
 #define ALL (SETS * SIZE)  // photosites of a work-item
 
 // Where the rays of a work-item's photosites meet the slab: each reads four samples, a, b to the right of it, c below it, and d. Where
 // OVER is 1, neighbours share samples, whose radii are then read once.
 struct slab_samples {
-    global const float *light[SETS], *coverage, *radius; // planes; light: of the colour of each set, even row and even column first
+    global const float *light[PLANES], *coverage, *radius; // planes; light: of `of_color`
     long rows[4], columns[4]; // elements to the samples a and c, a and b of the first even photosite, and to those of the first odd one
     long next;                // elements to the next photosites of a set below
     float wa, wb, wc, wd;     // bilinear weights

@@ -149,7 +149,8 @@ def run_patch_windows(device: Device, inputs: Inputs) -> Outcome:
     planes = layout.encode(np.stack([coverage, coverage]))
     defines = {**Cfa.uniform(0).macros(0, 0), "OVER": over, "CHANNELS": 1, "COVERAGE": 1}
     measured = PatchWindows(device, layout, Defocus((radius,), True, 1.0), defines)
-    band = {"sample_rows": layout.rows, "set_columns": layout.set_columns, "frame_x": 0, "frame_y": 0, "width": 1, "height": 1}
+    band = {"sample_rows": layout.rows, "set_columns": layout.set_columns, "frame_x": 0, "frame_y": 0, "width": 1}
+    band |= {"height": 1, "light_row": 0}
     measured.measure(device.upload(planes), device.upload(layout.encode(radius[None])), band)
     window = declared_struct(kernel_source("patch_windows.h"), "patch_window")
     found = device.download(measured.windows, (1, measured.rows, measured.columns), window)[0]

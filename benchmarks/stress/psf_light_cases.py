@@ -28,7 +28,7 @@ def run_psf_interleave(device: Device, inputs: Inputs) -> Outcome:
     """A frame in the band that holds it, and nothing beside it."""
     x, y, light = int(number(inputs, "x")), int(number(inputs, "y")), picture(inputs)
     planes = device.zeros(BAND.layout.shape(2), np.float32)
-    source = BlurredLight(device, Window(x, y, COLUMNS, ROWS), {1: device.upload(light)})
+    source = BlurredLight(device, Window(x, y, COLUMNS, ROWS), device.upload(light), [1])
     source.fill(BAND, planes)
     found = BAND.layout.decode(device.download(planes, BAND.layout.shape(2), np.float32)[1])
     exact, down, right = np.zeros(found.shape), y - BAND.y, x - BAND.x

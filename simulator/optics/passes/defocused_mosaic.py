@@ -7,7 +7,7 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.passes.device_tables import DeviceTables
-from simulator.optics.passes.row_band import Mosaic, RowBand
+from simulator.optics.passes.row_band import Mosaics, RowBand
 from simulator.optics.passes.scene_gather import gather_scene
 from simulator.optics.passes.tile_grid import band_sizes
 from simulator.optics.passes.tile_plan import TilePlan
@@ -22,29 +22,32 @@ def defocused_mosaic(
     cfa: which colour each photosite sees. planes: for each layer a device buffer (channels, scene height, scene width) float32
     [e- s^-1 um^-2 sr^-1]; with the layer's coverage as one plane more where any layer of the scene has one.
     """
-    return defocused_mosaics(tiles, [cfa], device, planes, progress)[0]
+    return defocused_mosaics(tiles, [cfa], device, planes, progress)
 
 
 def defocused_mosaics(
     tiles: TilePlan, cfas: Sequence[Cfa], device: Device, planes: list[Buffer], progress: Callable[[float], None]
-) -> list[Buffer]:
-    """Mosaics of `defocused_mosaic` for several colour filters, which share all that does not depend on the colour."""
+) -> Buffer:
+    """Mosaics of `defocused_mosaic` for several colour filters, which share all that does not depend on the colour.
+
+    Device buffer (mosaics, height, width) float32.
+    """
     window = tiles.optics.window
-    lights = [device.zeros((window.height, window.width), np.float32) for _ in cfas]
-    for cfa, light in zip(cfas, lights, strict=True):
-        gather_scene(tiles, cfa, device, planes, light)
+    light = device.zeros((len(cfas), window.height, window.width), np.float32)
+    for number, cfa in enumerate(cfas):
+        gather_scene(tiles, cfa, device, planes, light, number)
     if tiles.chosen.sample_grids():
-        _blur_bands(tiles, cfas, device, planes, lights, progress)
+        _blur_bands(tiles, cfas, device, planes, light, progress)
     progress(1.0)
     if tiles.wide is not None:
         for channel in sorted({channel for cfa in cfas for channel in cfa.colors}):
             cells = defocused_mosaic(tiles.wide, Cfa.uniform(channel), device, planes, lambda share: None)
-            for cfa, light in zip(cfas, lights, strict=True):
+            for number, cfa in enumerate(cfas):
                 if channel in cfa.colors:
-                    _write_wide(tiles, tiles.wide, cfa, channel, device, cells, light)
+                    _write_wide(tiles, tiles.wide, cfa, channel, device, cells, light, number)
             device.finish()
             del cells  # its memory is for the next colour
-    return lights
+    return light
 
 
 def add_covariance(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer], light: Buffer) -> None:
@@ -52,7 +55,7 @@ def add_covariance(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffe
 
     tiles: a plan of `only_covariance`. planes: as of `defocused_mosaic`.
     """
-    _blur_bands(tiles, [cfa], device, planes, [light], lambda share: None)
+    _blur_bands(tiles, [cfa], device, planes, light, lambda share: None)
 
 
 def _blur_bands(
@@ -60,14 +63,14 @@ def _blur_bands(
     cfas: Sequence[Cfa],
     device: Device,
     planes: list[Buffer],
-    lights: Sequence[Buffer],
+    light: Buffer,
     progress: Callable[[float], None],
 ) -> None:
     """Compute all tiles that are sampled, band by band, in buffers that are freed in the end."""
     window, area, chosen, optics = tiles.optics.window, tiles.area, tiles.chosen, tiles.optics
     composite = chosen.tiles_with(Method.COMPOSITE, Method.CORRECTED).any()
-    shape = (window.height, window.width) if composite else (1,)
-    mosaics = [Mosaic(cfa, light, device.ones(shape, np.float32)) for cfa, light in zip(cfas, lights, strict=True)]
+    shape = (len(cfas), window.height, window.width) if composite else (1,)
+    mosaics = Mosaics(cfas, light, device.ones(shape, np.float32))
     tables = [DeviceTables(tiles, device, samples_per_axis) for samples_per_axis in chosen.sample_grids()]
     each, maps = optics.channels + optics.has_coverage, len(tiles.maps.scene_radius)
     sampled, sums, radii = map(max, zip(*(band_sizes(one.layout, len(planes), each, maps) for one in tables), strict=True))
@@ -86,8 +89,13 @@ def _blur_bands(
     wait_for_last()
 
 
-def _write_wide(tiles: TilePlan, wide: TilePlan, cfa: Cfa, channel: int, device: Device, cells: Buffer, light: Buffer) -> None:
-    """Write the photosites of a colour in the blocks with the method WIDE; cells: mosaic of `wide` in this colour."""
+def _write_wide(
+    tiles: TilePlan, wide: TilePlan, cfa: Cfa, channel: int, device: Device, cells: Buffer, light: Buffer, number: int
+) -> None:
+    """Write the photosites of a colour in the blocks with the method WIDE.
+
+    cells: mosaic of `wide` in this colour. light: (mosaics, height, width) float32. number: of the mosaic in it.
+    """
     window, area, of_cells = tiles.optics.window, tiles.area, wide.optics.window
     rows, columns = np.nonzero(tiles.chosen.blocks.wide())
     x, y = area.tile_x - window.x + BLOCK_COLUMNS * columns, area.tile_y - window.y + BLOCK_ROWS * rows
@@ -107,4 +115,5 @@ def _write_wide(tiles: TilePlan, wide: TilePlan, cfa: Cfa, channel: int, device:
         frame_y=window.y,
         width=window.width,
         height=window.height,
+        light_row=number * window.height,
     )

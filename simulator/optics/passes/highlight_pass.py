@@ -106,10 +106,11 @@ class HighlightPass:
         buffers = self._upload({"places": element.astype(np.uint32), "left": left.astype(np.float32)})
         self._run("highlights_take", (len(element),), self.band.defines, **buffers)
 
-    def spread(self, slabs: Buffer, lights: Sequence[tuple[dict[str, object], Buffer]], band: dict[str, int]) -> None:
+    def spread(self, slabs: Buffer, light: Buffer, mosaics: Sequence[tuple[dict[str, object], dict[str, int]]]) -> None:
         """Add the highlights' spots to mosaics in the blocks that they reach.
 
-        lights: macros of kernels/cfa.h of each mosaic, and its light. band: fields of `struct row_band` of kernels/row_band.h.
+        light: (mosaics, height, width) float32. mosaics: of each, macros of kernels/cfa.h, and fields of `struct row_band` of
+            kernels/row_band.h.
         """
         highlights, lists = self.highlights, [own for own in self.lists if len(own)]
         if not lists:
@@ -135,7 +136,7 @@ class HighlightPass:
         }
         size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))
         buffers = self._upload(arrays)
-        for cfa_macros, light in lights:
+        for cfa_macros, band in mosaics:
             defines = {**self.band.defines, **cfa_macros}
             self._run(
                 "highlights_spread", size, defines, **buffers, radius=self.band.radius, slabs=slabs, light=light, band=band

@@ -76,6 +76,7 @@ class PsfBand:
             "frame_y": self.y - self.frame.y,
             "width": self.frame.width,
             "height": self.frame.height,
+            "light_row": 0,
         }
 
 

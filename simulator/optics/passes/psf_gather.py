@@ -64,28 +64,27 @@ class ProjectedLight:
 
 @dataclass(frozen=True)
 class BlurredLight:
-    """The light behind the geometric blur. mosaics: of a window, by channel, float32."""
+    """The light behind the geometric blur. mosaics: of a window, (colors, height, width) float32. colors: planes, adjacent."""
 
     device: Device
     window: Window
-    mosaics: dict[int, Buffer]
+    mosaics: Buffer
+    colors: Sequence[int]
 
     def fill(self, band: PsfBand, planes: Buffer) -> None:
         """Copy the band from the mosaics of all colours."""
-        layout, kernel = band.layout, self.device.kernel("psf_interleave", LIGHT_DEFINES, file="psf_light.cl")
-        for channel, mosaic in self.mosaics.items():
-            self.device.run(
-                kernel,
-                (layout.set_columns, layout.rows, 2),
-                None,
-                mosaic=mosaic,
-                planes=planes,
-                colour=channel,
-                mosaic_columns=self.window.width,
-                mosaic_rows=self.window.height,
-                shift_x=self.window.x - band.x,
-                shift_y=self.window.y - band.y,
-            )
+        self.device.run(
+            self.device.kernel("psf_interleave", LIGHT_DEFINES, file="psf_light.cl"),
+            (band.layout.set_columns, band.layout.rows, 2 * len(self.colors)),
+            None,
+            mosaics=self.mosaics,
+            planes=planes,
+            first_color=self.colors[0],
+            mosaic_columns=self.window.width,
+            mosaic_rows=self.window.height,
+            shift_x=self.window.x - band.x,
+            shift_y=self.window.y - band.y,
+        )
 
 
 @dataclass(frozen=True)
@@ -172,9 +171,8 @@ def _source(
     if blur is None:
         return ProjectedLight(optics, device, planes[0])
     colors = optics.cfa.colors
-    found = defocused_mosaics(blur, [Cfa.uniform(channel) for channel in colors], device, list(planes), progress)
-    mosaics = dict(zip(colors, found, strict=True))
-    return BlurredLight(device, blur.optics.window, mosaics)
+    mosaics = defocused_mosaics(blur, [Cfa.uniform(plane) for plane in colors], device, list(planes), progress)
+    return BlurredLight(device, blur.optics.window, mosaics, colors)
 
 
 def _sharp_light(optics: OpticsPlan, blur: TilePlan, device: Device, planes: Sequence[Buffer], band: PsfBand) -> SharpLight:

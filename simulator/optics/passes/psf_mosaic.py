@@ -131,17 +131,17 @@ class _BlurredFrame:
         whole = replace(optics, window=self.area)
         colors = optics.cfa.colors
         if blur is not None:
-            buffers = defocused_mosaics(blur, [Cfa.uniform(channel) for channel in colors], device, list(planes), progress)
+            mosaics = defocused_mosaics(blur, [Cfa.uniform(channel) for channel in colors], device, list(planes), progress)
+            found = device.download(mosaics, (len(colors), *shape), np.float32)
+            self.light.update(zip(colors, found, strict=True))
         else:
-            buffers = []
             for count, channel in enumerate(colors):
 
                 def report(share: float, count: int = count) -> None:
                     progress((count + share) / len(colors))
 
-                buffers.append(reference_mosaic(whole.in_one_color(channel), device, list(planes), report))
-        for channel, buffer in zip(colors, buffers, strict=True):
-            self.light[channel] = device.download(buffer, shape, np.float32)
+                made = reference_mosaic(whole.in_one_color(channel), device, list(planes), report)
+                self.light[channel] = device.download(made, shape, np.float32)
 
     def crop(self, part: Window) -> list[Surface]:
         """One opaque surface in focus with the blurred light of a window."""

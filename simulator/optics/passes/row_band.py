@@ -33,19 +33,33 @@ from simulator.optics.passes.tile_grid import BAND_ROWS, HALF_TILE, MARGIN_COLUM
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
+MOST_TOGETHER = 3  # mosaics that a launch makes: kernels/occlusion.cl, kernels/defocus.cl
 NO_NODES = {"NODES_PER_PX": "1.0f", "LINEAR_NODES": "1.0f"}  # macros of kernels/aperture_mean.h where no radius is interpolated
 
 
 @dataclass(frozen=True)
-class Mosaic:
-    """A mosaic that is made: its colour filter, and device buffers (height, width) float32.
+class Mosaics:
+    """Mosaics that are made: their colour filters, and device buffers (mosaics, height, width) float32.
 
     light: electron radiance [e- s^-1 um^-2 sr^-1]. open: share of light that the layers composited so far let through.
     """
 
-    cfa: Cfa
+    cfas: Sequence[Cfa]
     light: Buffer
     open: Buffer
+
+    def launches(self) -> list[range]:
+        """Mosaics that each launch makes: one, or up to MOST_TOGETHER of one colour each whose planes follow one another."""
+        found: list[range] = []
+        for number in range(len(self.cfas)):
+            first = found[-1].start if found else number
+            plane, cfas = self.cfas[first].colors[0], self.cfas[first : number + 1]
+            follows = list(cfas) == [Cfa.uniform(plane + count) for count in range(len(cfas))]
+            if found and follows and len(cfas) <= MOST_TOGETHER:
+                found[-1] = range(first, number + 1)
+            else:
+                found.append(range(number, number + 1))
+        return found
 
 
 class BlockSlabs:
@@ -78,7 +92,7 @@ class RowBand:
     def __init__(
         self,
         tiles: TilePlan,
-        mosaics: Sequence[Mosaic],
+        mosaics: Mosaics,
         device: Device,
         tables: DeviceTables,
         planes: list[Buffer],
@@ -87,7 +101,7 @@ class RowBand:
         samples_per_axis, area, maps = tables.samples_per_axis, tiles.area, tiles.maps
         self.tiles, self.device, self.area, self.maps, self.chosen = tiles, device, area, maps, tiles.chosen
         self.projection, self.defocus = tiles.optics.projection, tiles.defocus
-        self.tables, self.planes, self.mosaics = tables, planes, mosaics
+        self.tables, self.planes, self.mosaics, self.launches = tables, planes, mosaics, mosaics.launches()
         self.samples_per_axis, self.layout = samples_per_axis, tables.layout
         self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
         self.partial = [layer.coverage is not None for layer in tiles.optics.scene.layers]
@@ -96,9 +110,9 @@ class RowBand:
         # A work-item computes 16 columns and 4 rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
-        self.defines: dict[str, object] = {**self._filter(mosaics[0]), **held}
+        self.defines: dict[str, object] = {**self._filter(mosaics.cfas[0]), **held}
         self.defines["SPAN"] = device.span
-        self.windows = PatchWindows(device, self.layout, self.defocus, {**self._filter(mosaics[0]), **held})
+        self.windows = PatchWindows(device, self.layout, self.defocus, {**self._filter(mosaics.cfas[0]), **held})
 
     def _node_defines(self, per_px: int) -> dict[str, str]:
         """Macros of kernels/aperture_mean.h for so many tabulated radii per photosite of radius."""
@@ -107,9 +121,9 @@ class RowBand:
         linear = 1 if self.defocus.area.has_squares(over) else unblurred if over == 1 else 0
         return {"NODES_PER_PX": f"{per_px}.0f", "LINEAR_NODES": f"{linear}.0f"}
 
-    def _filter(self, mosaic: Mosaic) -> dict[str, object]:
-        """Macros of kernels/cfa.h for a mosaic."""
-        return mosaic.cfa.macros(self.area.frame.x, self.area.frame.y)
+    def _filter(self, cfa: Cfa) -> dict[str, object]:
+        """Macros of kernels/cfa.h for a mosaic of this filter."""
+        return cfa.macros(self.area.frame.x, self.area.frame.y)
 
     def compute(self, band: int) -> None:
         """Compute one band of rows of the mosaics, in place."""
@@ -135,8 +149,8 @@ class RowBand:
         self._sample_aperture(chosen.blocks, slabs, rows)
         for found in (lamps, highlights):
             if found is not None and not self.tiles.only_covariance:
-                lights = [(self._filter(mosaic), mosaic.light) for mosaic in self.mosaics]
-                found.spread(slabs.buffer, lights, self._row_band(rows))
+                made = [(self._filter(cfa), self._row_band(rows, number)) for number, cfa in enumerate(self.mosaics.cfas)]
+                found.spread(slabs.buffer, self.mosaics.light, made)
 
     def _list_slabs(self, chosen: TileChoice) -> "BlockSlabs":
         """List the slabs of the blocks that sample the aperture or may get spots."""
@@ -146,7 +160,7 @@ class RowBand:
         elif self.tiles.highlight_limit is not None:
             blocks = blocks | each_block(chosen.tiles_with(Method.CORRECTED))
         if not blocks.any():
-            return BlockSlabs(blocks, self.mosaics[0].open, SlabLists(*np.zeros((4, 0), int)))
+            return BlockSlabs(blocks, self.mosaics.open, SlabLists(*np.zeros((4, 0), int)))
         lists = make_slab_lists(self.defocus, chosen.blocks.present[:, blocks], chosen.blocks.even_px[:, blocks])
         return BlockSlabs(blocks, self.device.upload(lists.slabs), lists)
 
@@ -164,8 +178,8 @@ class RowBand:
         found = HighlightPass(self, rows.first, places, limit, lamps=lamps)
         return found if found.any else None
 
-    def _row_band(self, rows: BandRows) -> dict[str, int]:
-        """Fields of `struct row_band` of kernels/row_band.h for a band."""
+    def _row_band(self, rows: BandRows, number: int = 0) -> dict[str, int]:
+        """Fields of `struct row_band` of kernels/row_band.h for a band. number: of the first mosaic that is made."""
         area, frame = self.area, self.area.frame
         return {
             "sample_rows": self.layout.rows,
@@ -174,6 +188,7 @@ class RowBand:
             "frame_y": rows.first - frame.y,
             "width": frame.width,
             "height": frame.height,
+            "light_row": number * frame.height,
         }
 
     def _project_planes(self, rows: BandRows) -> None:
@@ -205,7 +220,7 @@ class RowBand:
         if any(map(self.tables.reads_sums, np.unique(clipped_tiles[mean | composite]).tolist())):
             planes = self.channels + int(composite.any())
             span = min(self.device.span, MARGIN_COLUMNS)  # divides the columns of any window
-            own = {"CHANNELS": 1, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span}
+            own = {"CHANNELS": 1, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span, "COLORS": 1}
             defines: dict[str, object] = {**self.defines, **ANY_CFA, **own, **NO_NODES}
             kernel = self.device.kernel("defocus_sums", defines, file="defocus.cl")
             size = (self.layout.set_columns // span, self.layout.column_sets * planes)
@@ -249,20 +264,22 @@ class RowBand:
         }
         listed = self.device.upload(self._places(rows, selected, TILE_ROWS, TILE_COLUMNS, first, images))
         corners = self.tables.corners(chosen.zone[selected] if clipped else None)
-        for mosaic in self.mosaics:
+        for launch in self.launches:
+            cfa = self.mosaics.cfas[launch.start]
+            variant = {**self._filter(cfa), "COLORS": len(launch)}
             self.device.run(
-                self.device.kernel("defocus_mean", {**defines, **self._filter(mosaic)}, file="defocus.cl"),
+                self.device.kernel("defocus_mean", {**defines, **variant}, file="defocus.cl"),
                 (spans, 2 * TILE_ROWS, int(selected.sum())),
                 (spans, 1, 1),
                 sampled=self.sampled,
                 sums=self.sums,
                 radius=self.maps.radius,
-                light=mosaic.light,
-                open=mosaic.open,
+                light=self.mosaics.light,
+                open=self.mosaics.open,
                 tiles=listed,
                 corners=corners,
-                surface=surface,
-                band=self._row_band(rows),
+                surface={**surface, "first_color": cfa.colors[0]},
+                band=self._row_band(rows, launch.start),
                 **table,
             )
 
@@ -376,9 +393,12 @@ class RowBand:
             "offset": offset,
         }
         places, samples = self.device.upload(blocks.astype(np.uint32)), self.device.upload(points)
-        for mosaic in self.mosaics:
+        frame = self.area.frame
+        for launch in self.launches:
+            cfa = self.mosaics.cfas[launch.start]
+            colors = {"cfa": cfa.packed(frame.x, frame.y), "first_color": cfa.colors[0]}
             self.device.run(
-                self.device.kernel("occlusion", {**self.defines, **variant}, file="occlusion.cl"),
+                self.device.kernel("occlusion", {**self.defines, **variant, "COLORS": len(launch)}, file="occlusion.cl"),
                 size,
                 (*size[:2], 1),
                 planes=self.sampled,
@@ -387,9 +407,9 @@ class RowBand:
                 slabs=slabs,
                 points=samples,
                 windows=self.windows.windows,
-                sampling={**sampling, "cfa": mosaic.cfa.packed(self.area.frame.x, self.area.frame.y)},
-                light=mosaic.light,
-                band=row_band,
+                sampling={**sampling, **colors},
+                light=self.mosaics.light,
+                band={**row_band, "light_row": launch.start * frame.height},
             )
 
     def _project_radius(self, rows: BandRows) -> None:

@@ -21,10 +21,10 @@ MOST_PX = 3.0  # larger blur circles reach more pixels than are gathered (`MOST_
 RADIUS_STEP_PX = 0.25  # tiles whose blur circles lie between multiples of it share a launch
 
 
-def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer], light: Buffer) -> None:
-    """Compute the tiles of `light` that have no samples (`TileChoice.samples_per_axis` 0), in place.
+def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer], light: Buffer, number: int) -> None:
+    """Compute the tiles of a mosaic that have no samples (`TileChoice.samples_per_axis` 0), in place.
 
-    planes: as for `defocused_mosaic`.
+    planes: as for `defocused_mosaic`. light: (mosaics, height, width) float32. number: of the mosaic in it.
     """
     chosen, area, projection = tiles.chosen, tiles.area, tiles.optics.projection
     gathered = chosen.computed & (chosen.samples_per_axis == 0)
@@ -58,7 +58,7 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
                 light=light,
                 tiles=device.upload(_places(tiles, selected, 0.0 if graded else float(own))),
                 rectangles=device.upload(rectangles),
-                frame=_frame(tiles, layer),
+                frame=_frame(tiles, layer) | {"light_row": number * area.frame.height},
                 pose=projection.upload_pose(device),
                 **arguments,
             )

@@ -9,6 +9,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.passes.defocused_mosaic import defocused_mosaic, defocused_mosaics
+from simulator.optics.passes.row_band import Mosaics
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.sensor.camera.cfa import Cfa
@@ -35,13 +36,14 @@ def test_colours_that_are_blurred_together_have_the_bits_of_each_alone(device, n
     optics, tiles, planes = planned_blur(device, near_m)
     filters = [optics.cfa, *(Cfa.uniform(channel) for channel in optics.cfa.colors)]
     shape = tiles.optics.window.height, tiles.optics.window.width
-    together = defocused_mosaics(tiles, filters, device, planes, lambda share: None)
+    made = defocused_mosaics(tiles, filters, device, planes, lambda share: None)
+    together = device.download(made, (len(filters), *shape), np.float32)
     for cfa, found in zip(filters, together, strict=True):
         alone = defocused_mosaic(tiles, cfa, device, planes, lambda share: None)
-        np.testing.assert_array_equal(*(device.download(one, shape, np.float32) for one in (found, alone)))
+        np.testing.assert_array_equal(found, device.download(alone, shape, np.float32))
 
 
-def test_occlusion_takes_one_build_for_all_filters_and_gives_each_photosite_its_colour(device, monkeypatch):
+def test_occlusion_takes_one_build_for_all_filters_and_one_for_all_colours(device, monkeypatch):
     """A build of that kernel takes seconds. Few blocks take more rays in one filter than in another, until they agree."""
     built, kernel = set(), device.kernel
 
@@ -53,9 +55,16 @@ def test_occlusion_takes_one_build_for_all_filters_and_gives_each_photosite_its_
     monkeypatch.setattr(device, "kernel", ask)
     _, tiles, planes = planned_blur(device, 1.2)
     filters = [*map(Cfa.named, ("RGGB", "BGGR", "GRBG", "GBRG")), *map(Cfa.uniform, range(3))]
-    lights = defocused_mosaics(tiles, filters, device, planes, lambda share: None)
-    *mosaics, red, green, blue = (device.download(light, (ROWS, COLUMNS), np.float32) for light in lights)
+    light = defocused_mosaics(tiles, filters, device, planes, lambda share: None)
+    *mosaics, red, green, blue = device.download(light, (len(filters), ROWS, COLUMNS), np.float32)
     for cfa, found in zip(filters, mosaics, strict=False):
         own = np.tile(cfa.planes, (ROWS // 2, COLUMNS // 2))
         assert (found == np.choose(own, [red, green, blue])).mean() > 0.9
-    assert len(built) == 1
+    assert len(built) == 2
+
+
+def test_colours_that_follow_one_another_are_made_together():
+    filters = [*map(Cfa.named, ("RGGB", "MONO", "GRBG")), *map(Cfa.uniform, (0, 1, 2, 3, 1, 0))]
+    launches = Mosaics(filters, None, None).launches()
+    assert [len(one) for one in launches] == [1, 1, 1, 3, 1, 1, 1]
+    assert [number for launch in launches for number in launch] == list(range(len(filters)))

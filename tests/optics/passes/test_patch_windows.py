@@ -26,7 +26,8 @@ def test_windows_hold_the_radii_and_coverages_of_their_samples(over):
     defocus = Defocus((radius, 3.0), True, 1.0)
     defines = {**Cfa.uniform(0).macros(0, 0), "OVER": over, "CHANNELS": 1, "COVERAGE": 1}
     found = PatchWindows(device, layout, defocus, defines)
-    band = {"sample_rows": layout.rows, "set_columns": layout.set_columns, "frame_x": 0, "frame_y": 0, "width": 1, "height": 1}
+    band = {"sample_rows": layout.rows, "set_columns": layout.set_columns, "frame_x": 0, "frame_y": 0, "width": 1}
+    band |= {"height": 1, "light_row": 0}
     found.measure(device.upload(planes), device.upload(layout.encode(radius)), band)
     windows = device.download(
         found.windows, (2, found.rows, found.columns), declared_struct(kernel_source("patch_windows.h"), "patch_window")
