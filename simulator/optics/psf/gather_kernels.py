@@ -11,6 +11,7 @@ import numpy as np
 from simulator.optics.defocus.aperture_kernel import aperture_weights
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px, farthest_correction_px
 from simulator.optics.psf.kernel_split import CELLS, Core, SplitKernel, fits_tail, gather_table, split_kernel, tail_reach
+from simulator.optics.psf.psf_cost import COST_NS
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.pupil.pupil import Pupil
@@ -20,6 +21,9 @@ ARMS_PX = (8, 12, 16, 20, 24, 32)
 PASS_COST = 16.0  # of a launch that adds arms, in taps of a core
 TAIL_COST = 8.0  # of a tap on cells of one photosite, in taps of a core: three colours, and margins
 MOST_TAPS = 96  # samples across a core; more are cheaper by transforms
+LIGHT_COST = COST_NS["light"] / COST_NS["taps"]  # of a photosite whatever its core, in taps of it
+SPARED = 1.0 / 12.0  # of a photosite's time, which a core must spare: else it is one that leaves nothing out
+EXACT = 1e-9  # share of the brightest light; rounding
 CORE_SHARE = 0.16  # of the allowed error, for core and tail: beside an edge the dark side has less noise than the bright one
 
 MIRRORED = 1e-6  # share of the largest weight by which halves of a kernel may differ that count as mirror images
@@ -104,7 +108,7 @@ def fits_gather(psf: FieldPsf) -> bool:
 def choose_core(psf: FieldPsf, channels: int, seen: Visibility) -> Core | None:
     """Cheapest core, arms and tail whose error is allowed, by the kernels in the middle of the sensor and in its corner.
 
-    None where no core of up to MOST_TAPS samples is.
+    One that leaves nothing out where others spare less than SPARED of the time. None where no core of MOST_TAPS samples is.
     """
     return _chosen(_Keyed(psf.key, psf), channels, seen)
 
@@ -140,6 +144,13 @@ def _chosen(of: "_Keyed", channels: int, seen: Visibility) -> Core | None:
                 if not math.isinf(error):
                     least, found = cost, Core(core_px, arm_px, cell_px if core_px < psf.reach_px else 0, error)
                     break
+    most = (1.0 + SPARED) * (least + LIGHT_COST) - LIGHT_COST
+    for core_px in (*(core_px for core_px in CORES_PX if core_px < psf.reach_px), psf.reach_px):
+        taps = psf.over * (2 * core_px + 1)
+        if found is None or taps > MOST_TAPS or taps**2 > most:
+            break
+        if error_of(core_px, core_px, 0) <= EXACT:
+            return Core(core_px, core_px, 0, 0.0)
     return found
 
 

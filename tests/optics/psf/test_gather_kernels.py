@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from simulator.optics.psf.gather_kernels import GatherKernels
+from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.gather_kernels import GatherKernels, choose_core
+from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.visibility import Visibility
+from simulator.optics.pupil.pupil import Pupil
 
 
 def unfolded(kernels: GatherKernels) -> np.ndarray:
@@ -40,3 +45,18 @@ def test_kernels_of_zeros_are_not_kept():
     core = np.ones((2, 3, 1, 1, 1, 3, 3))
     core[:, 1] = 0.0
     assert GatherKernels.of((0.0, 1.0, 2.0), core, 1, False).kept.tolist() == [True, False, True]
+
+
+def psf_of_spot(reach_px: int, width_px: float) -> FieldPsf:
+    """PSF of a file: a spot with wings."""
+    y, x = np.mgrid[-reach_px : reach_px + 1, -reach_px : reach_px + 1]
+    spot = np.exp(-0.5 * (x**2 + y**2) / width_px**2) + 1e-7
+    table = PsfTable((spot / spot.sum())[None, None, None], np.zeros(1), np.zeros(1), 1, 5.0)
+    return FieldPsf(table, Pupil(), Sampling(), 5.0, 1, (0.0,), True, (64, 48), (1, 1))
+
+
+@pytest.mark.parametrize(("reach_px", "width_px", "taken_px"), [(8, 1.8, 8), (24, 3.0, 11)])
+def test_a_core_leaves_light_out_where_that_spares_time(reach_px, width_px, taken_px):
+    """What is left out of a small kernel costs SciPy, which leaves nothing out, no more time."""
+    core = choose_core(psf_of_spot(reach_px, width_px), 1, Visibility(2e-3))
+    assert core is not None and core.reach_px == taken_px and (core.error == 0.0) == (taken_px == reach_px)
