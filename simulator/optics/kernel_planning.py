@@ -15,6 +15,7 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.lamps import Lamps
+from simulator.optics.psf.left_out_blur import left_out_error
 from simulator.optics.psf.psf_errors import bent_light_error, focus_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
 from simulator.optics.psf.visibility import Visibility
@@ -67,7 +68,20 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
         sampling_error=sampled,
         lamp_error=undrawn,
         focus_error=left_out,
+        contrast=replace(planned.contrast, crossed=_crossed(planned, psf, per_radiance)),
     )
+
+
+def _crossed(planned: OpticsPlan, psf: FieldPsf | None, per_radiance: float) -> float | None:
+    """Return `SceneContrast.crossed`: of a fine scene whose light no plan of the blur measures pixel by pixel."""
+    accuracy, defocus, radius_px = planned.accuracy, planned.defocus, planned.ignored_px
+    if defocus is not None:
+        own = defocus.of_scene()
+        radius_px = max((min(most, own.copied_px) for least, most in own.ranges_px if least <= own.copied_px), default=0.0)
+    if radius_px == 0.0 or not accuracy.tolerance or accuracy.detail or not planned.projection.is_fine:
+        return None
+    to_share = per_radiance / accuracy.electrons * planned.weights
+    return left_out_error(planned.scene, to_share, accuracy, planned.projection.scale, psf, radius_px)
 
 
 def _focus_error(planned: OpticsPlan, psf: FieldPsf, lens: Lens, per_radiance: float) -> float:

@@ -87,7 +87,8 @@ def error_terms(
         terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit, falls))
 
     if max(ignored, default=0.0) > 0.0 and not (reads_pixels and max(ignored) * own.pupil.corner_radius <= 0.5):
-        left_out = max(detail * copy_error(max(ignored)), OF_CROSSING * crossing_error(max(ignored), accuracy.detail))
+        smooth = detail * copy_error(max(ignored)) if contrast.crossed is None else contrast.crossed
+        left_out = max(smooth, OF_CROSSING * crossing_error(max(ignored), accuracy.detail))
         add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER, falls=True)
     if not blurred:
         return terms
@@ -283,8 +284,9 @@ def ignored_error(
         return []
     is_unknown, is_fine = abs(scale - 1.0) < 1e-3, scale > 1.0
     lamp = lamp_crossing_error(radius_px, scale, accuracy, contrast.few if is_unknown else 0.0)
+    smooth = contrast.curvature / WAVE_CURVATURE * copy_error(radius_px) if contrast.crossed is None else contrast.crossed
     left_out = max(
-        contrast.curvature / WAVE_CURVATURE * copy_error(radius_px),
+        smooth,
         crossing_error(radius_px, accuracy.detail),
         lamp if is_fine else 0.0,
         OF_BENDS * radius_px * contrast.curvature if is_unknown and not reads_pixels else 0.0,

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy, grid_error, twice_blurred_share
+from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
@@ -14,10 +14,10 @@ from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
 from simulator.optics.defocus.scene_light import flattened_error
 from simulator.optics.defocus.square_kernel import disk_square_weights
+from simulator.optics.defocus.strip_contrast import MOST, curvatures, seen_contrast
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Layer, Scene, is_depth_map
 
-MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_LAMPS = 16  # brightest ones of a layer around which its light is looked at
 FEW_LAMPS, FEW = 4, 4000  # pixels that may be lamps in scenes of so few that these count as the brightest light
@@ -27,7 +27,6 @@ WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
 STEEP_PX = 0.5, 1.5  # radii at which circles reach the next pixels, where even squares leave most of light between them
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
 MOST_EDGES = 250_000  # pixels between which edges are measured
-_STRIPS = 200  # strips of rows in which a scene's curvature is measured
 _WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
 
 
@@ -56,6 +55,8 @@ class SceneContrast:
         least where a penumbra ends; of one pixel per photosite, twelve times what even squares leave of light
         between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
+    crossed: error of the largest circle that is left out behind a point spread function, of `psf.left_out_blur`; None: it is
+        that of the curvature.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """
 
@@ -77,6 +78,7 @@ class SceneContrast:
     lamps_within: float = 0.0
     bent: float = 0.0
     lamp_px: float = 0.0
+    crossed: float | None = None
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -87,7 +89,8 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     """
     to_share = per_share * weights
     layers = list(zip(scene.layers, defocus.radii_px, strict=False))
-    curvature, texture = np.max([_curvatures(layer, to_share, defocus) for layer, _ in layers], axis=0).tolist()
+    own = [curvatures(layer, to_share, defocus.accuracy, defocus.scale) for layer, _ in layers]
+    curvature, texture = np.max(own, axis=0).tolist()
     spots = [_brightest_spot(scene, number, to_share, defocus) for number in range(len(layers))]
     lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
@@ -112,42 +115,6 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
         lamp_px=math.inf if defocus.accuracy.peak < LAMP_PEAK else min(_least_lamp_px(*pair, to_share) for pair in layers),
         bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
     )
-
-
-def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
-    """Difference of light that is as many standard deviations of the noise at the brightest light as it is at its own place."""
-    noise = accuracy.electrons * np.maximum(light, 0.0) + accuracy.read_noise_e**2
-    return np.abs(difference) * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise, 1.0))
-
-
-def _curvatures(layer: Layer, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
-    """Quantile MOST of the second difference between photosites, in the scene's strips of three photosites' height.
-
-    Of all places, and of those inside the scene that the layer covers with what lies around them. Beyond its border the scene
-    goes on as it ends there, so that a slope has an edge. Of a scene of so many rows that they do not count, the ends are left
-    out.
-    """
-    side, (rows, columns, _) = max(1, round(defocus.scale)), layer.planes.shape
-    if min(rows, columns) < 3 * side:
-        return 0.0, 0.0
-    ends = side if rows * (1.0 - MOST) <= 2.0 * side else 0
-    across_px = np.clip(np.arange(-side, columns // side * side + side), 0, columns - 1)
-    found, inside = [], []
-    for top in np.unique(np.linspace(-ends, rows - 3 * side + ends, _STRIPS).astype(int)):
-        part = np.ix_(np.clip(np.arange(top, top + 3 * side), 0, rows - 1), across_px)
-        shape = 3, side, len(across_px) // side, side
-        light = layer.planes[part].reshape(*shape, -1).mean(axis=(1, 3)) @ to_share
-        across, down = np.diff(light, 2, axis=1)[1], np.diff(light, 2, axis=0)[0, 1:-1]
-        own = _seen(np.maximum(np.abs(across), np.abs(down)), light[1, 1:-1], defocus.accuracy).max(axis=1)
-        found.append(own)
-        if not 0 <= top <= rows - 3 * side:
-            continue
-        if layer.coverage is not None:
-            filled = layer.coverage[part].reshape(shape).min(axis=(0, 1, 3)) >= 1.0
-            own = np.where(filled[:-2] & filled[1:-1] & filled[2:], own, 0.0)
-        inside.append(own[1:-1])
-    every, texture = (min(defocus.scale, 1.0) * float(np.quantile(np.concatenate(one), MOST)) for one in (found, inside))
-    return every, texture
 
 
 def _brightest_spot(scene: Scene, number: int, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
@@ -230,7 +197,7 @@ def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:
 def sharp_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
     """Measure the contrast on which the error of leaving out a blur depends; the arguments are those of `scene_contrast`."""
     layers = zip(scene.layers, defocus.radii_px, strict=False)
-    every = [_curvatures(layer, per_share * weights, defocus)[0] for layer, _ in layers]
+    every = [curvatures(layer, per_share * weights, defocus.accuracy, defocus.scale)[0] for layer, _ in layers]
     flattened, accuracy = 0.0, defocus.accuracy
     if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
@@ -262,7 +229,7 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, f
     mean = uniform_filter1d(uniform_filter1d(light, narrow, axis=0), narrow, axis=1)
 
     def most_seen(contrast: np.ndarray) -> float:
-        return float(np.quantile(_seen(contrast, mean, defocus.accuracy), MOST))
+        return float(np.quantile(seen_contrast(contrast, mean, defocus.accuracy), MOST))
 
     found = dict[str, float]()
     if scene.behind:
@@ -336,7 +303,7 @@ def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> n
     for channel in range(light.shape[2]):
         own = convolve(light[..., channel], weights, mode="nearest")
         across, down = np.abs(np.diff(own, 2, axis=1))[1:-1], np.abs(np.diff(own, 2, axis=0))[:, 1:-1]
-        found.append(_seen(0.5 * (across + down), own[1:-1, 1:-1], defocus.accuracy))
+        found.append(seen_contrast(0.5 * (across + down), own[1:-1, 1:-1], defocus.accuracy))
     return np.stack(found)
 
 
@@ -352,7 +319,7 @@ def _steps_behind(light: np.ndarray, weights: np.ndarray, of_slopes: np.ndarray,
     found = []
     for channel in range(light.shape[2]):
         own, true = (convolve(light[..., channel], one, mode="nearest") for one in (weights, of_slopes))
-        found.append(_seen(12.0 * (own - true), true, defocus.accuracy))
+        found.append(seen_contrast(12.0 * (own - true), true, defocus.accuracy))
     return np.stack(found)
 
 
@@ -397,7 +364,7 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
             before, after = (_shifted(mean, axis, way, step.shape[axis]) for way in (-(side // 2), 1 + (side - 1) // 2))
             dark = np.where(step > 0.0, before, after)
             for place, lit in enumerate(LITS):
-                seen = _seen(step, dark + lit * np.abs(step), defocus.accuracy).max(axis=-1)
+                seen = seen_contrast(step, dark + lit * np.abs(step), defocus.accuracy).max(axis=-1)
                 found[place] = max(found[place], float(np.quantile(seen, MOST, method="higher")))
     return tuple(found.tolist())
 
@@ -434,7 +401,7 @@ def _beside_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float
         return SceneContrast().beside
     picture = _edged_picture(scene, to_share, defocus)
     mean = uniform_filter(picture.light, picture.width)
-    deviation = _seen(picture.light - mean, mean, defocus.accuracy)[picture.around]
+    deviation = seen_contrast(picture.light - mean, mean, defocus.accuracy)[picture.around]
     return float(np.quantile(deviation, 0.99)) if deviation.size else 0.0
 
 
@@ -461,7 +428,7 @@ def _behind_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float
     most = np.zeros_like(light)
     for axis, way in ((0, away), (0, -away), (1, away), (1, -away)):
         np.maximum(most, np.abs(light - _shifted(beside, axis, way, light.shape[axis])), out=most)
-    return float(np.quantile(_seen(most, mean, defocus.accuracy)[picture.around], MOST))
+    return float(np.quantile(seen_contrast(most, mean, defocus.accuracy)[picture.around], MOST))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,107 @@
+"""Contrasts between photosites, measured in strips of a scene."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from simulator.optics.defocus.accuracy import Accuracy
+from simulator.scene.scene import Layer
+
+MOST = 0.999  # quantile that counts as the greatest contrast
+_STRIPS = 200  # strips of rows in which a scene's contrasts are measured
+
+
+def seen_contrast(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
+    """Difference of light that is as many standard deviations of the noise at the brightest light as it is at its own place."""
+    noise = accuracy.electrons * np.maximum(light, 0.0) + accuracy.read_noise_e**2
+    return np.abs(difference) * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise, 1.0))
+
+
+def curvatures(layer: Layer, to_share: np.ndarray, accuracy: Accuracy, scale: float) -> tuple[float, float]:
+    """Quantile MOST of the second difference between photosites, in the scene's strips of three photosites' height.
+
+    Of all places, and of those inside the scene that the layer covers with what lies around them. Beyond its border the scene
+    goes on as it ends there, so that a slope has an edge. Of a scene of so many rows that they do not count, the ends are left
+    out. to_share: (bands, channels) shares of the brightest light per unit of the layer's planes. scale: scene pixels per
+    photosite.
+    """
+    found, inside = [], []
+    for part, is_inside in _strips(layer, scale):
+        shape = _shape(part, layer)
+        light = layer.planes[part].reshape(*shape, -1).mean(axis=(1, 3)) @ to_share
+        across, down = np.diff(light, 2, axis=1)[1], np.diff(light, 2, axis=0)[0, 1:-1]
+        own = seen_contrast(np.maximum(np.abs(across), np.abs(down)), light[1, 1:-1], accuracy).max(axis=1)
+        found.append(own)
+        if not is_inside:
+            continue
+        if layer.coverage is not None:
+            filled = layer.coverage[part].reshape(shape).min(axis=(0, 1, 3)) >= 1.0
+            own = np.where(filled[:-2] & filled[1:-1] & filled[2:], own, 0.0)
+        inside.append(own[1:-1])
+    if not found:
+        return 0.0, 0.0
+    every, texture = (min(scale, 1.0) * float(np.quantile(np.concatenate(one), MOST)) for one in (found, inside))
+    return every, texture
+
+
+def border_contrast(
+    layer: Layer, to_share: np.ndarray, accuracy: Accuracy, scale: float, borders_px: np.ndarray, beside_px: float
+) -> float:
+    """Quantile MOST of the steps of light over the borders of a photosite, those along both axes together.
+
+    A step is the difference of the means over the width beside_px on either side of a border [photosites]. borders_px:
+    distances of the borders on one side from the middle of the photosite, at most 1, steps over which are averaged; those on
+    the other side mirror them. Whole photosites beside a border half of one away have the sum of the second differences along
+    both axes. What lies farther than 1.5 photosites is not looked at. The arguments are else those of `curvatures`, of a scene
+    finer than the photosites.
+    """
+    found = [np.zeros(1)]
+    for part, _ in _strips(layer, scale):
+        shape = _shape(part, layer)
+        side, light = shape[1], layer.planes[part].reshape(*shape, -1)
+        lines = light[1].mean(axis=0).reshape(shape[2] * side, -1), light.mean(axis=3).reshape(3 * side, shape[2], -1)[:, 1:-1]
+        across, down = (_steps(line, side, borders_px, beside_px) @ to_share for line in lines)
+        own = light[1, :, 1:-1].mean(axis=(0, 2)) @ to_share
+        found.append(seen_contrast(across + down[0], own, accuracy).max(axis=1))
+    return float(np.quantile(np.concatenate(found), MOST))
+
+
+def _steps(line: np.ndarray, side: int, borders_px: np.ndarray, beside_px: float) -> np.ndarray:
+    """Steps over the borders of all photosites but the first and last along the first axis, those towards them.
+
+    line: (photosites * side, ...) light.
+    """
+    sums = np.cumsum(np.concatenate([np.zeros_like(line[:1]), line], dtype=np.float64), axis=0)
+    middles = side * (np.arange(1, len(line) // side - 1) + 0.5)
+
+    def sum_to(away_px: float) -> np.ndarray:
+        """Sum of the light up to a distance from the middles, between pixels in proportion."""
+        places = middles + side * away_px
+        whole = np.minimum((places + 1e-6).astype(int), len(line) - 1)
+        past = (places - whole).reshape(-1, *[1] * (line.ndim - 1))
+        return np.asarray(sums[whole] + past * line[whole])
+
+    found = np.zeros((len(middles), *line.shape[1:]))
+    for way in (-1.0, 1.0):
+        for border_px in way * borders_px:
+            reach_px = min(beside_px, 1.5 - abs(border_px))
+            step = sum_to(border_px + reach_px) - 2.0 * sum_to(border_px) + sum_to(border_px - reach_px)
+            found += way / reach_px * step
+    return found / (len(borders_px) * side)
+
+
+def _strips(layer: Layer, scale: float) -> Iterator[tuple[tuple[np.ndarray, ...], bool]]:
+    """Places of a layer's pixels in strips of three photosites' height, one more at each end, and whether all are inside."""
+    side, (rows, columns, _) = max(1, round(scale)), layer.planes.shape
+    if min(rows, columns) < 3 * side:
+        return
+    ends = side if rows * (1.0 - MOST) <= 2.0 * side else 0
+    across_px = np.clip(np.arange(-side, columns // side * side + side), 0, columns - 1)
+    for top in np.unique(np.linspace(-ends, rows - 3 * side + ends, _STRIPS).astype(int)):
+        yield np.ix_(np.clip(np.arange(top, top + 3 * side), 0, rows - 1), across_px), bool(0 <= top <= rows - 3 * side)
+
+
+def _shape(part: tuple[np.ndarray, ...], layer: Layer) -> tuple[int, int, int, int]:
+    """Photosites and their pixels, down and across, of a strip."""
+    side = part[0].size // 3
+    return 3, side, part[1].size // side, side
