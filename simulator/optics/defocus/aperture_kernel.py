@@ -7,11 +7,13 @@ area of the shape inside its square (of 1 px), divided by the sum of all weights
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from simulator.optics.defocus.clipped_kernel import image_grid, shape_weights
+from simulator.optics.defocus.path_weights import path_weights
 from simulator.optics.defocus.photosite_area import FINEST, WHOLE, PhotositeArea
 from simulator.optics.defocus.square_kernel import disk_square_weights
 from simulator.optics.pupil.pupil import Pupil
@@ -81,6 +83,8 @@ def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int, are
     def gather(radius_px: float, samples: int) -> np.ndarray:
         return area.mean(aperture_weights(pupil, samples * radius_px), samples)
 
+    if (path := area.path_behind(radius_px, samples_per_axis)) is not None:
+        return path_weights(partial(aperture_weights, pupil), radius_px, path)
     if area.has_squares(samples_per_axis) and radius_px != 0.0 and pupil.is_round:
         return disk_square_weights(radius_px, samples_per_axis, area.open_side)
     return area.weights(gather, radius_px, samples_per_axis)

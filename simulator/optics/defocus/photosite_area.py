@@ -15,10 +15,25 @@ import numpy as np
 FINEST = 64  # most parts per photosite and axis on which weights of even squares are computed
 RADIUS_IN_PARTS = 24.0  # least blur radius in these parts, if FINEST allows
 PART_OPEN = 2  # factor on both for photosites whose open area ends within parts
+MOST_REACH = 3  # samples to either side of a path's weights, all of which are read one by one (`aperture_kernel.DIRECT`)
+PATH_PX = MOST_REACH - 0.5  # largest radius of an image of the aperture whose weights follow the path of the samples
 TILTED_IN_PARTS = 12.0  # the same for tilted surfaces
 SQUARE = np.array([1.0, 22.0, 1.0]) / 24.0  # an even square, as three points one side apart with its variance of 1/12
 
 Gather = Callable[[float, int], np.ndarray]
+
+
+@dataclass(frozen=True)
+class ReadPath:
+    """Where photosites read a picture of one pixel per photosite that is swept before a blur.
+
+    places: x, y of each instant from the pixel that has the photosite's number, and its share of the light [pixels].
+    reach: samples to either side that have weights. is_positive: whether none is negative, beside lamps.
+    """
+
+    places: tuple[tuple[float, float, float], ...]
+    reach: int
+    is_positive: bool = False
 
 
 @dataclass(frozen=True)
@@ -29,11 +44,17 @@ class PhotositeArea:
     whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples, which are even
         squares, too; 0: none do. Other samples count as values of smooth light.
     open_side: side of its light-sensitive square [photosites].
+    path: along which samples were swept, one per photosite, behind images up to PATH_PX; None: they were not.
     """
 
     fine: bool = False
     whole_pixels: int = 0
     open_side: float = 1.0
+    path: ReadPath | None = None
+
+    def path_behind(self, radius_px: float, samples_per_axis: int) -> ReadPath | None:
+        """Path of the samples that weights of this blur circle take into account; None: they have none."""
+        return self.path if samples_per_axis == 1 and 0.0 < abs(radius_px) <= PATH_PX else None
 
     def has_squares(self, samples_per_axis: int) -> bool:
         """Whether samples are even squares."""

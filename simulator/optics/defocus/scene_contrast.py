@@ -7,11 +7,12 @@ from functools import partial
 import numpy as np
 
 from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurred_share
-from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.aperture_kernel import aperture_weights, disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
+from simulator.optics.defocus.path_weights import pixel_weights
 from simulator.optics.defocus.scene_light import flattened_error
 from simulator.optics.defocus.square_kernel import disk_square_weights
 from simulator.optics.defocus.strip_contrast import MOST, curvatures, seen_contrast
@@ -52,8 +53,8 @@ class SceneContrast:
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
-        least where a penumbra ends; of one pixel per photosite, twelve times what even squares leave of light
-        between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
+        least where a penumbra ends; of one pixel per photosite, twelve times what even squares, or weights of a path, leave
+        of light between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     crossed: error of the largest circle that is left out behind a point spread function, of `psf.left_out_blur`; None: it is
         that of the curvature.
@@ -266,6 +267,16 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
         return 0.0
     lights = [_composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
     return max(float(np.quantile(np.concatenate([own(light).ravel() for light in lights]), MOST)) for own in behind)
+
+
+def path_ends(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> float:
+    """Return `SceneContrast.ends` of a surface of one radius, whose samples have the weights of their path (`path_weights`)."""
+    path, (radius_px,) = defocus.area.path, defocus.radii_px
+    assert path is not None  # else they have other weights
+    found, exact = (one[::-1, ::-1] for one in pixel_weights(partial(aperture_weights, defocus.pupil), float(radius_px), path))
+    lights = [_composite([_at(layer, place, per_share * weights) for layer in scene.layers]) for place in _parts(scene, 1.0)]
+    left = [_steps_behind(light, found, exact, defocus).ravel() for light in lights]
+    return float(np.quantile(np.concatenate(left), MOST))
 
 
 def _parts(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
