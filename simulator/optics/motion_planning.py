@@ -36,6 +36,7 @@ from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.scene.compositing import flatten_layers
+from simulator.scene.content_keys import freeze
 from simulator.scene.occluded_background import extend_background
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.sensor_plan import SensorPlan
@@ -117,7 +118,9 @@ def _with_path_weights(planned: OpticsPlan, per_radiance: float) -> OpticsPlan:
     for reach in range(math.ceil(largest_px - 0.5) + 1, MOST_REACH + 1):
         path = ReadPath(places, reach, is_positive=planned.accuracy.peak >= LAMP_PEAK)
         defocus = replace(defocus, area=replace(defocus.area, path=path))
-        ends = path_ends(planned.scene, planned.weights, per_share, defocus)
+        measured = partial(path_ends, planned.scene, planned.weights, per_share, defocus)
+        light = freeze(planned.weights), per_share, planned.accuracy.electrons, planned.accuracy.read_noise_e
+        ends = planned.scene.remember(("path ends", path, defocus.pupil, defocus.radii_px, light), measured)
         if ends <= 12.0 * FITTED_SHARE * planned.accuracy.allowed:
             break
     return replace(planned, defocus=defocus, contrast=replace(planned.contrast, ends=max(ends, LEAST_ENDS)))

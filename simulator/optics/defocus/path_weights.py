@@ -57,7 +57,7 @@ def _lattices(image_of: ImageOf, radius_px: float, path: ReadPath) -> tuple[np.n
     """Weights of pixels by the path alone, and with the image of the aperture: two of (n, n), that have room for its reach."""
     x, y, shares = np.array(path.places).T
     x, y = x - round(float(x.mean())), y - round(float(y.mean()))  # whole pixels change none
-    half = math.ceil(float(np.abs([x, y]).max())) + 2 * path.reach + 2
+    half = math.ceil(float(np.abs([x, y]).max())) + path.reach + 1
     pixels = np.arange(-half, half + 1)
     per_px = math.ceil(RADIUS_IN_PARTS / abs(radius_px))
     image = image_of(per_px * radius_px)
