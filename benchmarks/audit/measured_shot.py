@@ -92,7 +92,7 @@ class Record:
 def predicted_error(planned: Plan) -> tuple[float, bool]:
     """Predicted error [standard deviations], and whether the plan says that it may not keep the tolerance."""
     budget = planned.error_budget
-    return budget.predicted_sigma + budget.sigma("input"), bool(budget.warnings())
+    return budget.total_sigma, bool(budget.warnings())
 
 
 def method_of(planned: Plan) -> str:

@@ -78,10 +78,12 @@ def electrons_per_radiance(lens: Lens, sensor: SensorPlan) -> float:
     return lens.irradiance_per_radiance_sr() * exposure.time_s * camera.pixel_pitch_um**2 * camera.fill_factor
 
 
-def with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, *, is_sharp: bool = False) -> OpticsPlan:
+def with_defocus(
+    planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, *, is_sharp: bool = False, is_at_rest: bool = True
+) -> OpticsPlan:
     """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges.
 
-    is_sharp: whether blur is left out, however large it is.
+    is_sharp: whether blur is left out, however large it is. is_at_rest: whether nothing moves.
     """
     camera, scale, accuracy = sensor.camera, planned.projection.scale, planned.accuracy
     pitch_um = camera.pixel_pitch_um
@@ -95,11 +97,12 @@ def with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
             return planned
         left_out = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)
         per_share = electrons_per_radiance(lens, sensor) / accuracy.electrons
-        return replace(planned, ignored_px=ignored_px, contrast=sharp_contrast(loaded, planned.weights, per_share, left_out))
+        contrast = sharp_contrast(loaded, planned.weights, per_share, left_out, is_at_rest=is_at_rest)
+        return replace(planned, ignored_px=ignored_px, contrast=contrast)
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
         share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
-    contrast = contrast_of(planned, loaded, lens, sensor, defocus)
+    contrast = contrast_of(planned, loaded, lens, sensor, defocus, is_at_rest=is_at_rest)
     scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
     if scene is not loaded:
         extended = plan_blur(planned, scene, lens, camera)
@@ -126,10 +129,12 @@ def plan_blur(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, 
     )
 
 
-def contrast_of(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, defocus: Defocus) -> SceneContrast:
-    """Return the contrasts of a scene on which the error of its blur depends."""
+def contrast_of(
+    planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, defocus: Defocus, *, is_at_rest: bool = False
+) -> SceneContrast:
+    """Return the contrasts of a scene on which the error of its blur depends. is_at_rest: whether nothing moves."""
     per_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons
-    return scene_contrast(loaded, planned.weights, per_share, defocus)
+    return scene_contrast(loaded, planned.weights, per_share, defocus, is_at_rest=is_at_rest)
 
 
 def _is_steep(defocus: Defocus, scale: float) -> bool:

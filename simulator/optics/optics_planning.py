@@ -170,7 +170,7 @@ def _plan_sensor_optics(
         accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
         planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
-        planned = with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp)
+        planned = with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=draws_lamps)
         if draws_lamps and floor is not None and planned.defocus is not None:
             from simulator.optics.lamp_planning import with_drawn_lamps  # not needed for a sharp frame
 

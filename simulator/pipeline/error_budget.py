@@ -49,6 +49,11 @@ class ErrorBudget:
         return self.sigma("method")
 
     @property
+    def total_sigma(self) -> float:
+        """Error of the light with what the scene does not hold, whose sign is independent of what the methods leave."""
+        return math.hypot(self.predicted_sigma, self.sigma("input"))
+
+    @property
     def is_clamped(self) -> bool:
         """Whether no method meets the tolerance, or REFERENCE_SIGMA without one: the larger bound `predicted_sigma` holds."""
         return self.predicted_sigma > ROUNDING * (self.tolerance or REFERENCE_SIGMA)

@@ -27,6 +27,7 @@ TERMS = (
 def test_terms_of_methods_add_up_and_those_of_the_input_stand_apart():
     budget = ErrorBudget(0.1, TERMS)
     assert budget.predicted_sigma == pytest.approx(0.09) and budget.sigma("input") == 3.0
+    assert budget.total_sigma == pytest.approx(np.hypot(0.09, 3.0))  # signs of what is hidden are independent of the methods'
     assert not budget.is_clamped and budget.binding == TERMS[1]
     (hidden,) = budget.warnings()
     assert hidden == "lens blur: up to 3 sigma by background; layers"

@@ -16,7 +16,6 @@ from simulator.optics.defocus.accuracy import (
     copy_error,
     crossing_error,
     grid_error,
-    hidden_error,
     occlusion_error,
     points_error,
     slab_error,
@@ -173,10 +172,10 @@ def error_terms(
         add(f"zones of {side_px} photosites that share a pupil", moved, TIGHTER, falls=side_px > ZONES_PX[-1])
         if contrast.has_steps:
             add("one pupil for a block beside steps in depth", middle_error(own.eyes.movement(BLOCK_COLUMNS)), RAYS)
-    if contrast.behind > 0.0:
+    if contrast.hidden > 0.0:
         add(
             "background behind edges, which the scene does not show",
-            hidden_error(contrast.behind, own.largest_px),
+            contrast.hidden,
             LAYERS,
             "input",
         )
@@ -242,10 +241,10 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
     if contrast.has_steps and not defocus.guessed:
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
         add("means of slabs of radius that hide each other", range_ * MOST_COVARIANCE, LAYERED)
-    if contrast.behind > 0.0:
+    if contrast.hidden > 0.0:
         add(
             "background behind edges, which the scene does not show",
-            hidden_error(contrast.behind, own.largest_px),
+            contrast.hidden,
             LAYERS,
             "input",
         )

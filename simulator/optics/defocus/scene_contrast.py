@@ -10,16 +10,16 @@ from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurr
 from simulator.optics.defocus.aperture_kernel import aperture_weights, disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
+from simulator.optics.defocus.edge_contrast import WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
 from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
 from simulator.optics.defocus.path_weights import pixel_weights
-from simulator.optics.defocus.scene_light import flattened_error
+from simulator.optics.defocus.scene_light import LAMP, MOST, composite, flattened_error, seen_contrast, shifted
 from simulator.optics.defocus.square_kernel import disk_square_weights
-from simulator.optics.defocus.strip_contrast import MOST, curvatures, seen_contrast
-from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
-from simulator.scene.scene import Layer, Scene, is_depth_map
+from simulator.optics.defocus.strip_contrast import curvatures
+from simulator.scene.occluded_background import EDGE_PX
+from simulator.scene.scene import Layer, Scene
 
-LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_LAMPS = 16  # brightest ones of a layer around which its light is looked at
 FEW_LAMPS, FEW = 4, 4000  # pixels that may be lamps in scenes of so few that these count as the brightest light
 MOST_MIXED = 250_000  # places of a composite whose range is measured
@@ -28,7 +28,6 @@ WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
 STEEP_PX = 0.5, 1.5  # radii at which circles reach the next pixels, where even squares leave most of light between them
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
 MOST_EDGES = 250_000  # pixels between which edges are measured
-_WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,8 @@ class SceneContrast:
     lamp: light of the brightest blur spot of a single scene pixel that is LAMP times as bright as the brightest light.
     around_lamps: least light around such a spot, at most 1: mean within its circle; 1: of bilinear light.
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
-        its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
+        its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does. hidden: its mean over the
+        part of the aperture that sees it at rest (`edge_contrast`).
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
     mixed: `layer_contrast.LayerContrast` of several layers over points, lamps left out; 0: there is one layer, or even
         light behind it: the first one's own light is a mean, whatever is behind. within: the same over samples.
@@ -79,31 +79,33 @@ class SceneContrast:
     lamps_within: float = 0.0
     bent: float = 0.0
     lamp_px: float = 0.0
+    hidden: float = 0.25
     crossed: float | None = None
 
 
-def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
+def scene_contrast(
+    scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus, *, is_at_rest: bool = False
+) -> SceneContrast:
     """Measure the contrasts of a scene as it is loaded, without a background that is only assumed.
 
     weights: (bands, channels) of scene planes in electron radiance. per_share: shares of the brightest light per electron
-    radiance. defocus: blur of the scene.
+    radiance. defocus: blur of the scene. is_at_rest: whether no layer moves.
     """
     to_share = per_share * weights
     layers = list(zip(scene.layers, defocus.radii_px, strict=False))
-    own = [curvatures(layer, to_share, defocus.accuracy, defocus.scale) for layer, _ in layers]
-    curvature, texture = np.max(own, axis=0).tolist()
+    found = [curvatures(scene, number, to_share, defocus.accuracy, defocus.scale, is_at_rest) for number in range(len(layers))]
+    curvature, texture = np.max(found, axis=0).tolist()
     spots = [_brightest_spot(scene, number, to_share, defocus) for number in range(len(layers))]
     lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
-    beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
     ranges = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else {}
     ends = 0.0 if defocus.accuracy.detail else _penumbra_ends(scene, to_share, defocus, curvature)
-    behind = _behind_edges(scene, to_share, defocus) if has_steps and defocus.guessed else 0.0
+    steps = depth_edge_contrast(scene, to_share, defocus) if has_steps else DepthEdgeContrast()
     return SceneContrast(
         curvature,
         lamp,
-        beside,
-        behind,
+        steps.beside,
+        steps.behind,
         has_steps,
         texture,
         mixed=ranges.get("mixed", 0.0),
@@ -114,6 +116,7 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
         lamps_mixed=ranges.get("lamps_mixed", 0.0),
         lamps_within=ranges.get("lamps_within", 0.0),
         lamp_px=math.inf if defocus.accuracy.peak < LAMP_PEAK else min(_least_lamp_px(*pair, to_share) for pair in layers),
+        hidden=steps.hidden,
         bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
     )
 
@@ -178,7 +181,7 @@ def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, co
         np.clip(np.arange(middle - reach, middle + reach + 1), 0, length - 1)
         for middle, length in zip((row, column), size, strict=True)
     )
-    light = _composite([_at(layer, np.ix_(down, right), to_share) for layer in scene.layers])
+    light = composite([_at(layer, np.ix_(down, right), to_share) for layer in scene.layers])
     is_lamp = light >= LAMP
     if is_lamp.all():
         return 1.0
@@ -195,10 +198,12 @@ def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:
     return any(bool((np.abs(np.diff(radius_px, axis=axis)) > least).any()) for axis in (0, 1))
 
 
-def sharp_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
+def sharp_contrast(
+    scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus, *, is_at_rest: bool = False
+) -> SceneContrast:
     """Measure the contrast on which the error of leaving out a blur depends; the arguments are those of `scene_contrast`."""
-    layers = zip(scene.layers, defocus.radii_px, strict=False)
-    every = [curvatures(layer, per_share * weights, defocus.accuracy, defocus.scale)[0] for layer, _ in layers]
+    own = per_share * weights, defocus.accuracy, defocus.scale, is_at_rest
+    every = [curvatures(scene, number, *own)[0] for number in range(len(scene.layers))]
     flattened, accuracy = 0.0, defocus.accuracy
     if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
@@ -221,10 +226,10 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, f
         )
         for layer in scene.layers
     ]
-    light = _composite(layers)
+    light = composite(layers)
 
     def width_of(radius_px: float) -> int:
-        return min(2 * math.ceil(radius_px * defocus.scale / step) + 1, _WIDEST_PX)
+        return min(2 * math.ceil(radius_px * defocus.scale / step) + 1, WIDEST_PX)
 
     narrow = max(width_of(min(least for least, _ in defocus.ranges_px)), round(defocus.scale / step))
     mean = uniform_filter1d(uniform_filter1d(light, narrow, axis=0), narrow, axis=1)
@@ -234,12 +239,12 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, f
 
     found = dict[str, float]()
     if scene.behind:
-        behind = [_composite(layers[number:]) for number in range(len(layers))]
+        behind = [composite(layers[number:]) for number in range(len(layers))]
         own = layer_contrast(layers, behind, defocus, defocus.scale / step)
         found |= {"mixed": most_seen(own.over_points), "within": most_seen(own.over_samples)}
         lit = [(layer.planes[::step, ::step] @ to_share, cover) for layer, (_, cover) in zip(scene.layers, layers, strict=True)]
         if defocus.scale < 1.0 - 1e-6 and max(float(own.max()) for own, _ in lit[1:]) > LAMP:
-            behind = [_composite(lit[number:]) for number in range(len(lit))]
+            behind = [composite(lit[number:]) for number in range(len(lit))]
             lamps = layer_contrast(lit, behind, defocus, defocus.scale / step)
             found |= {"lamps_mixed": most_seen(lamps.over_points), "lamps_within": most_seen(lamps.over_samples)}
     if defocus.maps:
@@ -265,7 +270,7 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
         behind = [partial(_bends_behind, weights=disk_weights(min(radius_px, WIDEST_END_PX)), defocus=defocus)]
     else:
         return 0.0
-    lights = [_composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
+    lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
     return max(float(np.quantile(np.concatenate([own(light).ravel() for light in lights]), MOST)) for own in behind)
 
 
@@ -274,7 +279,7 @@ def path_ends(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defo
     path, (radius_px,) = defocus.area.path, defocus.radii_px
     assert path is not None  # else they have other weights
     found, exact = (one[::-1, ::-1] for one in pixel_weights(partial(aperture_weights, defocus.pupil), float(radius_px), path))
-    lights = [_composite([_at(layer, place, per_share * weights) for layer in scene.layers]) for place in _parts(scene, 1.0)]
+    lights = [composite([_at(layer, place, per_share * weights) for layer in scene.layers]) for place in _parts(scene, 1.0)]
     left = [_steps_behind(light, found, exact, defocus).ravel() for light in lights]
     return float(np.quantile(np.concatenate(left), MOST))
 
@@ -361,7 +366,7 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     places = bands[:, None] + np.arange(high)
     layers, found = [_at(layer, (places,), to_share) for layer in scene.layers], np.zeros(len(LITS))
     for number in range(min(len(layers), 2)):
-        light = _composite(layers[number:])  # (bands, rows, columns, channels)
+        light = composite(layers[number:])  # (bands, rows, columns, channels)
         mean = uniform_filter(light, side, mode="nearest", axes=(1, 2))
         for axis in (1, 2):
             step = np.diff(light, axis=axis)
@@ -369,10 +374,10 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
                 continue
             bend = np.abs(np.diff(step, axis=axis))
             most = max(OF_BEND * defocus.scale**2, 1.0) * np.maximum(
-                *(_shifted(bend, axis, way, step.shape[axis]) for way in (-1, 0))
+                *(shifted(bend, axis, way, step.shape[axis]) for way in (-1, 0))
             )
             step = np.clip(step, -most, most)
-            before, after = (_shifted(mean, axis, way, step.shape[axis]) for way in (-(side // 2), 1 + (side - 1) // 2))
+            before, after = (shifted(mean, axis, way, step.shape[axis]) for way in (-(side // 2), 1 + (side - 1) // 2))
             dark = np.where(step > 0.0, before, after)
             for place, lit in enumerate(LITS):
                 seen = seen_contrast(step, dark + lit * np.abs(step), defocus.accuracy).max(axis=-1)
@@ -380,95 +385,6 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     return tuple(found.tolist())
 
 
-def _shifted(values: np.ndarray, axis: int, way: int, size: int) -> np.ndarray:
-    """So many values along an axis, so many places farther on; beyond its ends those at the ends."""
-    return np.take(values, np.clip(np.arange(size) + way, 0, values.shape[axis] - 1), axis=axis)
-
-
 def _at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """Light, that of lamps left out, and coverage of a layer at some of its pixels."""
     return np.minimum(layer.planes[place] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[place]
-
-
-def _composite(layers: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
-    """Light of layers over one another. layers: light (..., channels) times coverage, and coverage; None: it is 1."""
-    light, through = np.zeros_like(layers[0][0], np.float32), np.ones((*layers[0][0].shape[:-1], 1), np.float32)
-    for own, coverage in layers:
-        light = light + through * own
-        if coverage is None:
-            break
-        through = through * (1.0 - coverage[..., None])
-    return light
-
-
-def _beside_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
-    """Quantile 0.99 of the light's deviation from its mean around it, where a depth edge lies within the largest radius.
-
-    Of a scene of one picture; of several layers, that of the laws.
-    """
-    from scipy.ndimage import uniform_filter
-
-    if scene.behind or not is_depth_map(scene.depth_m):
-        return SceneContrast().beside
-    picture = _edged_picture(scene, to_share, defocus)
-    mean = uniform_filter(picture.light, picture.width)
-    deviation = seen_contrast(picture.light - mean, mean, defocus.accuracy)[picture.around]
-    return float(np.quantile(deviation, 0.99)) if deviation.size else 0.0
-
-
-def _behind_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
-    """Return `SceneContrast.behind` of a scene of one picture: quantile MOST where a depth edge lies within the largest radius.
-
-    What half of the aperture sees beside an edge lies within a radius of it, and so does what is assumed in its place: the
-    light of a photosite, mean over its area and over half of the farther surface's circle, is compared with the mean of what
-    lies from there to one radius beside it, on the side that differs most.
-    """
-    from scipy.ndimage import uniform_filter
-
-    if scene.behind or not is_depth_map(scene.depth_m):
-        return SceneContrast().beside
-    picture = _edged_picture(scene, to_share, defocus)
-    if not picture.around.any():
-        return 0.0
-    scale = defocus.scale / picture.every
-    side = max(round(scale), round(math.sqrt(0.5 * math.pi) * picture.far_px * scale), 1)
-    light = uniform_filter(picture.light, side, mode="nearest")
-    length = min(math.ceil(defocus.largest_px * scale), _WIDEST_PX)
-    beside, mean = uniform_filter(picture.light, length, mode="nearest"), uniform_filter(picture.light, picture.width)
-    away = max(round(0.5 * length), 1)
-    most = np.zeros_like(light)
-    for axis, way in ((0, away), (0, -away), (1, away), (1, -away)):
-        np.maximum(most, np.abs(light - _shifted(beside, axis, way, light.shape[axis])), out=most)
-    return float(np.quantile(seen_contrast(most, mean, defocus.accuracy)[picture.around], MOST))
-
-
-@dataclass(frozen=True)
-class _EdgedPicture:
-    """A picture with depth of which every so many pixels are taken.
-
-    light: (rows, columns), of the channel with most, that of lamps left out. around: (rows, columns) bool, whether a depth edge
-    lies within the largest radius, width: of a square around its circle [px]. far_px: radius that all but a hundredth of the
-    farther sides of edges have at least [photosites].
-    """
-
-    light: np.ndarray
-    around: np.ndarray
-    width: int
-    every: int
-    far_px: float
-
-
-def _edged_picture(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> _EdgedPicture:
-    """Return a scene of one picture with depth, and where its depth has edges."""
-    from scipy.ndimage import uniform_filter
-
-    every = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_ESTIMATED))
-    light = np.minimum((scene.planes[::every, ::every] @ to_share).max(axis=2), LAMP)
-    radius = defocus.radii_px[0]
-    assert isinstance(radius, np.ndarray)  # depth is a map, and steps were found in its radius
-    own = radius[::every, ::every]
-    edges = depth_edges(-own, min(EDGE_PX, STEEPEST_PX / defocus.scale))
-    width = min(2 * math.ceil(defocus.largest_px * defocus.scale / every) + 1, _WIDEST_PX)
-    around = uniform_filter((edges.near | edges.far).astype(np.float32), width) > 0.5 / width**2
-    far_px = float(np.quantile(np.abs(own[edges.far]), 0.01)) if edges.far.any() else 0.0
-    return _EdgedPicture(light, around, width, every, far_px)

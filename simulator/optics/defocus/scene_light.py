@@ -8,6 +8,8 @@ from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 
+MOST = 0.999  # quantile that counts as the greatest contrast
+LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 _ROWS = 256  # of a scene that are searched at a time
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
@@ -213,3 +215,25 @@ def scene_bends(
 def _sides(planes: np.ndarray, steps: list[int]) -> list[tuple[int, tuple[int, int]]]:
     """Number, size and step of the first two axes."""
     return list(enumerate(zip(planes.shape[:2], steps, strict=True)))
+
+
+def seen_contrast(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
+    """Difference of light that is as many standard deviations of the noise at the brightest light as it is at its own place."""
+    noise = accuracy.electrons * np.maximum(light, 0.0) + accuracy.read_noise_e**2
+    return np.abs(difference) * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise, 1.0))
+
+
+def shifted(values: np.ndarray, axis: int, way: int, size: int) -> np.ndarray:
+    """So many values along an axis, so many places farther on; beyond its ends those at the ends."""
+    return np.take(values, np.clip(np.arange(size) + way, 0, values.shape[axis] - 1), axis=axis)
+
+
+def composite(layers: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
+    """Light of layers over one another. layers: light (..., channels) times coverage, and coverage; None: it is 1."""
+    light, through = np.zeros_like(layers[0][0], np.float32), np.ones((*layers[0][0].shape[:-1], 1), np.float32)
+    for own, coverage in layers:
+        light = light + through * own
+        if coverage is None:
+            break
+        through = through * (1.0 - coverage[..., None])
+    return light

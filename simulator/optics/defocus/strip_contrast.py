@@ -5,32 +5,33 @@ from collections.abc import Iterator
 import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
-from simulator.scene.scene import Layer
+from simulator.optics.defocus.scene_light import MOST, composite, seen_contrast
+from simulator.scene.scene import Layer, Scene
 
-MOST = 0.999  # quantile that counts as the greatest contrast
 _STRIPS = 200  # strips of rows in which a scene's contrasts are measured
 
 
-def seen_contrast(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
-    """Difference of light that is as many standard deviations of the noise at the brightest light as it is at its own place."""
-    noise = accuracy.electrons * np.maximum(light, 0.0) + accuracy.read_noise_e**2
-    return np.abs(difference) * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise, 1.0))
+def curvatures(
+    scene: Scene, number: int, to_share: np.ndarray, accuracy: Accuracy, scale: float, is_at_rest: bool
+) -> tuple[float, float]:
+    """Quantile MOST of the second difference between photosites of a layer, in strips of three photosites' height.
 
-
-def curvatures(layer: Layer, to_share: np.ndarray, accuracy: Accuracy, scale: float) -> tuple[float, float]:
-    """Quantile MOST of the second difference between photosites, in the scene's strips of three photosites' height.
-
+    It counts in the noise of the layer's own light, and, where layers do not move apart, of what is seen before and behind it.
     Of all places, and of those inside the scene that the layer covers with what lies around them. Beyond its border the scene
     goes on as it ends there, so that a slope has an edge. Of a scene of so many rows that they do not count, the ends are left
     out. to_share: (bands, channels) shares of the brightest light per unit of the layer's planes. scale: scene pixels per
     photosite.
     """
+    layer, layers = scene.layers[number], scene.layers if is_at_rest else ()
     found, inside = [], []
     for part, is_inside in _strips(layer, scale):
         shape = _shape(part, layer)
         light = layer.planes[part].reshape(*shape, -1).mean(axis=(1, 3)) @ to_share
-        across, down = np.diff(light, 2, axis=1)[1], np.diff(light, 2, axis=0)[0, 1:-1]
-        own = seen_contrast(np.maximum(np.abs(across), np.abs(down)), light[1, 1:-1], accuracy).max(axis=1)
+        across, down, around = np.diff(light, 2, axis=1)[1], np.diff(light, 2, axis=0)[0, 1:-1], light[1, 1:-1]
+        if len(layers) > 1:
+            seen = [(one.planes[part] @ to_share, None if one.coverage is None else one.coverage[part]) for one in layers]
+            around = np.maximum(around, composite(seen).reshape(*shape, -1).mean(axis=(1, 3))[1, 1:-1])
+        own = seen_contrast(np.maximum(np.abs(across), np.abs(down)), around, accuracy).max(axis=1)
         found.append(own)
         if not is_inside:
             continue

@@ -1,0 +1,43 @@
+"""What a lens sees behind depth edges: closed laws against points of the aperture in float64."""
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.lens_frame import LENS, depth_of
+from helpers.scene_builders import band_scene
+
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.edge_contrast import BESIDE, hidden_share, share_past_small
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Layer
+
+GRID = (np.arange(800) + 0.5) / 400 - 1.0
+ACROSS = np.broadcast_to(GRID, (800, 800))[GRID**2 + GRID[:, None] ** 2 < 1.0]  # u of points of the aperture
+
+
+@pytest.mark.parametrize(("near_px", "far_px"), [(-5.0, 3.0), (-4.0, 0.0), (1.0, 6.0), (3.0, 6.0), (-6.0, -5.0)])
+def test_a_straight_edge_hides_from_as_much_of_the_aperture_as_rays_find(near_px, far_px):
+    places = np.linspace(-8.0, 8.0, 401)
+    found = np.array([np.mean((x + near_px * ACROSS > 0.0) & (x + far_px * ACROSS < 0.0)) for x in places])
+    assert found.max() == pytest.approx(float(hidden_share(np.array(near_px), np.array(far_px))), abs=0.02)
+    assert found.sum() * (places[1] - places[0]) == pytest.approx(BESIDE * (far_px - near_px), rel=0.02)
+
+
+def test_past_things_smaller_than_their_circles_more_than_half_is_seen():
+    rows, columns = np.mgrid[-30:31, -30:31]
+    disk, ends = rows**2 + columns**2 < 4.0**2, (np.full(61 * 61, -10.0), np.full(61 * 61, 1.0))
+    everywhere = np.ones((61, 61), bool)
+    found = share_past_small(np.where(disk, -10.0, 1.0), everywhere, *ends, 1.0).reshape(61, 61)
+    assert found[30, 30] == pytest.approx(1.0 - 0.4**2, abs=0.04)  # rays pass the disk, and meet the wall behind it
+    half_plane = share_past_small(np.where(columns < 0, -10.0, 1.0), everywhere, *ends, 1.0).reshape(61, 61)
+    assert half_plane[20:41, 20:41].max() < 0.56
+
+
+def test_dark_parts_of_a_layer_count_in_the_noise_of_what_is_behind():
+    """A dark veil with holes before a bright wall: its edges lie in the wall's noise, not in that of its own light."""
+    cover = (np.indices((48, 64)).sum(axis=0) % 12 < 6).astype(np.float32)
+    wall = Layer(np.ones((48, 64, 1), np.float32), float(depth_of(3.0)), None)
+    scene = band_scene(0.4 * cover, float(depth_of(-3.0)), coverage=cover, behind=(wall,))
+    contrast = plan(Shot(scene, LENS, Exposure(1e-3), small_camera(64, 48))).optics.contrast
+    assert 0.3 < contrast.curvature < 1.0
