@@ -79,7 +79,7 @@ class SceneContrast:
     lamps_within: float = 0.0
     bent: float = 0.0
     lamp_px: float = 0.0
-    hidden: float = 0.25
+    hidden: float = 0.0
     crossed: float | None = None
 
 
