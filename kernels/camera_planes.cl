@@ -9,13 +9,11 @@
 // One work-item per column (dimension 0) and row (1) of the part and channel (2); of 8 bands and more, for all channels.
 #include "conventions.h"
 
-#if BANDS < 8
-#define WEIGHTS float
-#else
-#define WEIGHTS float8
-#endif
+// Asks for one vector of as many floats as the loop that follows has steps.
+#define EIGHT _Pragma("clang loop vectorize_width(8) interleave_count(1)")
+#define FOUR _Pragma("clang loop vectorize_width(4) interleave_count(1)")
 
-kernel void camera_planes(global const float *restrict scene, global const WEIGHTS *restrict weights, global float *restrict planes,
+kernel void camera_planes(global const float *restrict scene, global const float *restrict weights, global float *restrict planes,
                           const uint width, const ulong pixels, const uint first_column, const uint first_row, const uint eights) {
     const size_t column = first_column + get_global_id(0), row = get_global_id(1);
     const size_t pixel = row * width + column, place = first_row * (size_t)width + pixel;
@@ -26,21 +24,24 @@ kernel void camera_planes(global const float *restrict scene, global const WEIGH
     __attribute__((opencl_unroll_hint(8)))
     for (uint band = 0; band < BANDS; band++) sum += own[band] * weights[band * CHANNELS + channel];
     planes[channel * pixels + place] = sum;
-#else // within a pixel: its bands lie side by side. Eight scalars in place of a vector take two and a half times as long.
-    float8 sums[CHANNELS];
-    __attribute__((opencl_unroll_hint(CHANNELS)))
-    for (uint channel = 0; channel < CHANNELS; channel++) sums[channel] = (float8)(0.0f);
-    for (uint eight = 0; eight < eights; eight++) {
-        global const float *restrict o = own + (eight + 1 < eights ? 8 * eight : BANDS - 8);
-        const float8 light = (float8)(o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7]);
-        __attribute__((opencl_unroll_hint(CHANNELS)))
-        for (uint channel = 0; channel < CHANNELS; channel++) sums[channel] += light * weights[eight * CHANNELS + channel];
-    }
-    __attribute__((opencl_unroll_hint(CHANNELS)))
+#else // within a pixel, whose bands lie side by side
+    float sums[CHANNELS][8];
     for (uint channel = 0; channel < CHANNELS; channel++) {
-        const float4 four = sums[channel].lo + sums[channel].hi;
-        const float2 two = four.lo + four.hi;
-        planes[channel * pixels + place] = two.x + two.y;
+        EIGHT
+        for (uint i = 0; i < 8; i++) sums[channel][i] = 0.0f;
+    }
+    for (uint eight = 0; eight < eights; eight++) {
+        const uint band = eight + 1 < eights ? 8 * eight : BANDS - 8;
+        for (uint channel = 0; channel < CHANNELS; channel++) {
+            EIGHT
+            for (uint i = 0; i < 8; i++) sums[channel][i] += own[band + i] * weights[(eight * CHANNELS + channel) * 8 + i];
+        }
+    }
+    for (uint channel = 0; channel < CHANNELS; channel++) {
+        float four[4];
+        FOUR
+        for (uint i = 0; i < 4; i++) four[i] = sums[channel][i] + sums[channel][i + 4];
+        planes[channel * pixels + place] = (four[0] + four[2]) + (four[1] + four[3]);
     }
 #endif
 }

@@ -190,13 +190,13 @@ def limited(folder: Path, program: str) -> list[str]:
 
 
 def test_every_writer_names_the_file_that_did_not_fit(folder, tmp_path):
-    """The sizes: settings 7 KiB and more, mosaic 6 KiB, twin 24 KiB, so each limit stops another writer."""
+    """The sizes: settings and raw file about 22,000 bytes, twin 25,700, so each limit stops another writer."""
     sweep = (folder / "shot.yaml").read_text() + "sweep: {vary: {exposure.iso: [100, 200]}}\n"
     (folder / "sweep.yaml").write_text(sweep)
     lines = limited(
         folder,
         f"""
-for limit, file in ((4000, "shot.json"), (22000, "shot.truth.exr")):
+for limit, file in ((4000, "shot.json"), (24000, "shot.truth.exr")):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     assert ended("simulate", "shot.yaml", "--out", {str(tmp_path / "single")!r}) == 1
 resource.setrlimit(resource.RLIMIT_FSIZE, (10, resource.RLIM_INFINITY))

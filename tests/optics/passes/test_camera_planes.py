@@ -1,34 +1,49 @@
-"""Spectral integration on the device against the sum in float64."""
+"""Spectral integration: planes times weights, as NumPy's matrix product in float64."""
+
+import math
 
 import numpy as np
 import pytest
+from helpers.camera_builders import small_camera
+from helpers.scene_builders import FixedScene
 
+from simulator.exposure.settings import Exposure
 from simulator.optics.geometry.scene_part import ALIGNED_PX, ScenePart
+from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.camera_planes import camera_planes, in_eights
-from simulator.scene.scene import Layer
+from simulator.pipeline.execution import expose
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Layer, Scene
 
 ROWS, COLUMNS = 5, 3 * ALIGNED_PX
 
 
-def layer_and_weights(bands, channels):
-    """A layer of noise and weights of all magnitudes."""
-    rng = np.random.default_rng(bands)
-    planes = rng.random((ROWS, COLUMNS, bands), np.float32)
-    return Layer(planes, 1.0), (10.0 ** rng.uniform(-3, 3, (bands, channels))).astype(np.float32)
-
-
-@pytest.mark.parametrize(("bands", "channels"), [(1, 1), (4, 3), (8, 3), (13, 3), (31, 1)])
-def test_planes_are_the_weighted_sums_of_the_bands(device, bands, channels):
-    layer, weights = layer_and_weights(bands, channels)
-    found = device.download(camera_planes(device, layer, weights, False), (channels, ROWS, COLUMNS), np.float32)
-    exact = np.einsum("yxb,bc->cyx", layer.planes.astype(np.float64), weights.astype(np.float64))
-    rounding = (bands + 1) * 2.0**-24  # a product and at most all the sums, each half a unit in the last place
-    np.testing.assert_array_less(np.abs(found / exact - 1.0), rounding)
+@pytest.mark.parametrize(("bands", "cfa"), [(1, "MONO"), (3, "RGGB"), (8, "GRBG"), (31, "GRBG"), (81, "MONO")])
+def test_a_sharp_mosaic_is_the_matrix_product_in_each_photosites_colour(device, bands, cfa):
+    """A scene pixel for each photosite, so that nothing is mixed."""
+    rng, camera = np.random.default_rng(bands), small_camera(26, 20, cfa)
+    wavelengths = np.arange(400.0, 701.0, 10.0)
+    scene = Scene(
+        rng.random((20, 26, bands), np.float32),
+        rng.random((bands, 31)),
+        wavelengths,
+        np.ones(31),
+        math.inf,
+        interpolation="nearest",
+    )
+    planned = plan(Shot(FixedScene(scene), ThinLens(50.0, 8.0, cos4=False), Exposure(0.01), camera))
+    found = device.download(expose(measure(planned, device), device), (20, 26), np.float32)
+    channel = np.array(["RGB".find(colour) for colour in cfa]).reshape(2, 2) if cfa != "MONO" else np.zeros((2, 2), int)
+    weights = planned.optics.weights.T[np.tile(channel, (10, 13))].astype(np.float64)
+    expected = (scene.planes.astype(np.float64) * weights).sum(axis=2)
+    assert np.allclose(found, expected, rtol=(bands + 2) * 2.0**-23, atol=0)
 
 
 @pytest.mark.parametrize("bands", [4, 13])
 def test_a_part_has_the_bits_of_the_whole(device, bands):
-    layer, weights = layer_and_weights(bands, 3)
+    rng = np.random.default_rng(bands)
+    layer, weights = Layer(rng.random((ROWS, COLUMNS, bands), np.float32), 1.0), rng.random((bands, 3), np.float32)
     part = ScenePart(ALIGNED_PX, 1, ALIGNED_PX, 2)
     whole, cut = (
         device.download(camera_planes(device, layer, weights, False, seen), (3, ROWS, COLUMNS), np.float32)
