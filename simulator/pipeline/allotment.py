@@ -11,6 +11,7 @@ TRIES = 5  # tighter plans that are looked at: numbers of samples have a least o
 MARGIN = 0.9  # of what is left for the terms that fall, since numbers of samples grow in steps
 TIGHTEST = 0.02  # smallest tolerance of one approximation, in that of the photograph
 STEP = 0.3  # factor to the next share where less than the smallest is asked for: what was left out may be computed from it on
+LOOSER = 3.0, 9.0  # times a tolerance that no plan keeps, of those that are looked at, too
 BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
 
 
@@ -29,7 +30,8 @@ def allot(
     The first plan has the whole tolerance for each. Where their sum is larger, those that can be finer get a smaller share in
     proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as they
     are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves more, as
-    one that computes small blur circles which the first one leaves out, the first plan is returned.
+    one that computes small blur circles which the first one leaves out, the first plan is returned; or one of a larger
+    tolerance that leaves less, since it leaves out, of some surfaces, what would be computed with a larger error.
     """
     first = make(tolerance)
     if not tolerance or not budget_of(first).is_clamped:
@@ -45,7 +47,21 @@ def allot(
     plans = [first] if finer is None else [finer, first]
     if make_sharp is not None and may_be_sharp(first):
         plans.append(make_sharp())
-    return min(plans, key=lambda one: budget_of(one).predicted_sigma)
+    return _looser(min(plans, key=lambda one: budget_of(one).predicted_sigma), tolerance, make, budget_of)
+
+
+def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -> OpticsPlan:
+    """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach."""
+    defocus = best.defocus
+    if defocus is None or defocus.maps or min(most for _, most in defocus.ranges_px) > MOST_SHARP_PX:
+        return best  # a larger tolerance leaves out the blur of no surface
+    for factor in LOOSER:
+        looser = replace(make(factor * tolerance), tolerance=tolerance)
+        pairs = [(budget_of(looser), budget_of(best))]
+        pairs += [(_typical(found), _typical(left)) for found, left in pairs]
+        if all(found.predicted_sigma < left.predicted_sigma for found, left in pairs):
+            best = looser
+    return best
 
 
 def may_be_sharp(optics: OpticsPlan) -> bool:

@@ -74,6 +74,14 @@ def test_small_circles_are_left_out_where_what_follows_a_blur_leaves_more(tmp_pa
     assert not step.kept and "more than the blur does" in step.why
 
 
+def test_a_larger_tolerance_gives_the_plan_where_what_it_leaves_out_would_err_by_more(tmp_path):
+    """Two of three layers have circles of 0.4 photosites over even light, which means of pixels miss at the layers' borders."""
+    shot = load_shot(draw_shot(118, 22).write(tmp_path))
+    found, tighter = plan(shot).error_budget, plan(dataclasses.replace(shot, tolerance=shot.tolerance / 3.0)).error_budget
+    assert not found.is_clamped and tighter.is_clamped
+    assert tighter.predicted_sigma <= found.predicted_sigma
+
+
 def test_circles_larger_than_any_tolerance_leaves_out_are_blurred(tmp_path):
     """The same layers farther out of focus, by circles of 0.5 photosites: laws of small circles do not know what they leave."""
     shot = load_shot(draw_shot(98, 176).write(tmp_path))
