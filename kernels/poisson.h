@@ -37,8 +37,7 @@ INLINE float poisson_expansion(const float mean, const float r, const float w, c
     const float order1 = w * ((-1.0f / 36.0f) - w2 * (1.0f / 72.0f));
     const float q = mean + (mean * r * w + ((1.0f / 3.0f) + w2 * (1.0f / 6.0f) + (r * order1 + higher)));
     const float count = means != BRIGHT_MEANS ? larger(0.0f, q) : q; // of bright means above 0 at the farthest normal number
-    const float whole = (float)(int)smaller(count, 8388608.0f);
-    return q < 8388608.0f ? whole : q; // from 2^23 up a float is whole
+    return q < 8388608.0f ? (float)(int)count : q; // from 2^23 up a float is whole
 }
 
 // Number of k with share < P(X > k), share uniform in (0, 1]; both sides are multiplied by e^mean. P(X > k) is summed from its end, so
