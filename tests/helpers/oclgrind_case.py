@@ -275,14 +275,19 @@ def take_far_spread() -> None:
 
 
 def take_spread() -> None:
-    """Light that a low-pass filter and diffraction spread, in focus, and beside a blur that is corrected to wave optics."""
+    """Light that a low-pass filter and diffraction spread: in focus, beside a blur corrected to wave optics, and beside steps.
+
+    All colours of these are blurred in one launch.
+    """
     rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB", low_pass_um=4.0)
-    for depth_m in (2.0, np.linspace(1.98, 2.03, 180).reshape(10, 18)):
+    steps_m = np.where(np.arange(18) < 9, 1.97, 2.05) * np.ones((10, 1))
+    for depth_m in (2.0, np.linspace(1.98, 2.03, 180).reshape(10, 18), steps_m):
         scene = band_scene(rng.random((10, 18, camera.channels)), depth_m)
         lens = ThinLens(50.0, 2.8, 2.0, diffraction=True)
         planned = measure(plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=1.0)), open_device())
         assert planned.optics.psf is not None and planned.optics.psf.core is not None
         assert bool(planned.optics.psf.corrected_px) == isinstance(depth_m, np.ndarray)
+        assert depth_m is not steps_m or (planned.tiles is not None and planned.tiles.shares()[Method.OCCLUSION] > 0.0)
         expose(planned, open_device())
     print("done", devices()[0].name)
 
