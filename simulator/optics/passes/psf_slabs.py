@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from simulator.device import Buffer, Device, Kernel
+from simulator.device import Buffer, Device
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import (
@@ -24,7 +24,6 @@ from simulator.optics.passes.psf_tail import TailKernels, gather_tail
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.slab_kernels import FINEST, MOST_SLABS, slab_kernels_of
 
-SPAN_COLUMNS = 16  # whose slabs a work-item counts on a CPU: one vector
 UNLIMITED = 1e38  # limit of highlights where there are none
 
 
@@ -119,28 +118,16 @@ class SlabGather:
         """Blur radii that have light, by places of `join_within`: (layers, rows, columns) uint64."""
         shape = (len(self.planes), band.rows // EXTREME_ROWS, band.layout.set_columns)
         found, radii_px = self.device.empty(shape, np.uint64), nodes.counted_px.astype(np.float32)
-        span, kernel = self._span, self._bits_kernel("psf_slab_bits")
+        kernel = self.device.kernel("psf_slab_bits", {**self.defines, "EXTREME_ROWS": EXTREME_ROWS}, file="psf_slab_bits.cl")
         buffers = {"planes": self.light, "radius": self.radius, "radii_px": self.device.upload(radii_px), "slabs": found}
-        self.device.run(kernel, (shape[2] // span, shape[1], shape[0]), None, **buffers, radii=len(radii_px))
+        self.device.run(kernel, (shape[2], shape[1], shape[0]), None, **buffers, radii=len(radii_px))
         return self.device.download(found, shape, np.uint64)
 
     def _place_between_slabs(self, band: PsfBand) -> None:
         """Turn the blur radii of all layers into places between slabs, in place."""
         radii_px, size = self.kernels.radii_px.astype(np.float32), len(self.planes) * math.prod(band.layout.shape(1))
-        kernel = self._bits_kernel("psf_slab_places")
-        self.device.run(
-            kernel, (size // self._span,), None, radius=self.radius, radii_px=self.device.upload(radii_px), radii=len(radii_px)
-        )
-
-    @property
-    def _span(self) -> int:
-        """Columns of a set that a work-item of kernels/psf_slab_bits.cl counts; it divides those of a band."""
-        return min(self.device.span, SPAN_COLUMNS)
-
-    def _bits_kernel(self, name: str) -> Kernel:
-        """A kernel of kernels/psf_slab_bits.cl."""
-        defines = {**self.defines, "EXTREME_ROWS": EXTREME_ROWS, "SPAN": self._span}
-        return self.device.kernel(name, defines, file="psf_slab_bits.cl")
+        kernel = self.device.kernel("psf_slab_places", {**self.defines, "EXTREME_ROWS": EXTREME_ROWS}, file="psf_slab_bits.cl")
+        self.device.run(kernel, (size,), None, radius=self.radius, radii_px=self.device.upload(radii_px), radii=len(radii_px))
 
     def _bright_places(self, band: PsfBand) -> np.ndarray | None:
         """Whether light is above the limit of highlights, by places of `join_within`; None: none is."""
