@@ -51,8 +51,11 @@ def allot(
 
 
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -> OpticsPlan:
-    """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach."""
-    defocus = best.defocus
+    """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach.
+
+    Of a scene at rest, as laws of blur that is left out are held against.
+    """
+    defocus = best.defocus if is_at_rest(best) else None
     if defocus is None or defocus.maps or min(most for _, most in defocus.ranges_px) > MOST_SHARP_PX:
         return best  # a larger tolerance leaves out the blur of no surface
     for factor in LOOSER:
@@ -66,8 +69,12 @@ def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -
 
 def may_be_sharp(optics: OpticsPlan) -> bool:
     """Whether a plan blurs a scene at rest by circles that a larger tolerance may leave out."""
-    is_at_rest = optics.motion is None and optics.flash_motion is None
-    return is_at_rest and optics.defocus is not None and optics.defocus.largest_px <= MOST_SHARP_PX
+    return is_at_rest(optics) and optics.defocus is not None and optics.defocus.largest_px <= MOST_SHARP_PX
+
+
+def is_at_rest(optics: OpticsPlan) -> bool:
+    """Whether nothing moves."""
+    return optics.motion is None and optics.flash_motion is None
 
 
 def _make_finer(
