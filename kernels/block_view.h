@@ -4,10 +4,13 @@
 #define BLOCK_VIEW_H
 #include "conventions.h"
 #include "interleaved_columns.h"
+#include "mosaic_colors.h"
 #include "plain_math.h"
 #include "row_band.h"
 #define POINT (TURNS ? 17 : GROWS ? 9 : 5) // numbers of a point
 #define BLOCK (TURNS ? 7 : 5)              // numbers of a block
+#define SIZE (ROWS * SPAN) // photosites of a set: ROWS rows, two apart, of SPAN columns of a column set
+#define ALL (SETS * SIZE)  // photosites of a work-item
 #define BEYOND 0.25f // farthest beyond its block's four samples that a photosite reads light as a straight line [samples]
 
 // A place beside a photosite [samples], and its growth per photosite to the right, down, and both.

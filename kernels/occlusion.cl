@@ -27,6 +27,7 @@
 #include "mosaic_colors.h"
 #include "patch_windows.h"
 #include "plain_math.h"
+#include "point_sums.h"
 #include "row_band.h"
 #include "slab_light.h"
 

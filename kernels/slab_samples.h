@@ -4,8 +4,6 @@
 #include "block_view.h"
 #include "conventions.h"
 #include "mosaic_colors.h"
-#define SIZE (ROWS * SPAN) // photosites of a set: ROWS rows, two apart, of SPAN columns of a column set
-#define ALL (SETS * SIZE)  // photosites of a work-item
 
 // Where the rays of a work-item's photosites meet the slab: each reads four samples, a, b to the right of it, c below it, and d. Where
 // OVER is 1, neighbours share samples, whose radii are then read once.

@@ -116,6 +116,16 @@ def write_buffers(path: str | os.PathLike, buffers: Iterable[bytes | memoryview]
                 begun = file.tell()
 
 
+def cache_folder(name: str) -> Path:
+    """Return the folder of files that can be made again.
+
+    It is $PHOTOSITE_CACHE, else photosite/<name> in $XDG_CACHE_HOME or ~/.cache.
+    """
+    if "PHOTOSITE_CACHE" in os.environ:
+        return Path(os.environ["PHOTOSITE_CACHE"])
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "photosite" / name
+
+
 def _mode(path: Path, otherwise: int) -> int:
     """Return the mode of what lies at a path, asked once: another process may take it away; `otherwise` where nothing does."""
     try:

@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from simulator.atomic_files import atomic_write, remove_abandoned
+from simulator.atomic_files import atomic_write, cache_folder, remove_abandoned
 from simulator.errors import PhotositeError, reading, require
 
 DEFAULT_BYTES = 8_000_000_000
@@ -64,11 +64,7 @@ class DecodedPictures:
     @property
     def place(self) -> Path:
         """Folder of the files on this machine."""
-        if self.folder is not None:
-            return self.folder
-        if "PHOTOSITE_CACHE" in os.environ:
-            return Path(os.environ["PHOTOSITE_CACHE"])
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "photosite" / "decoded"
+        return cache_folder("decoded") if self.folder is None else self.folder
 
     def codes(self, picture: Path, decode: Callable[[Path], np.ndarray]) -> np.ndarray:
         """Return what `decode` gives for a picture, read-only; from the folder where it lies there. Raises as `decode` does."""

@@ -37,9 +37,13 @@ def simulate(
 
     ledger = open_ledger() if profile else None
     with without_search():
+        from simulator.device.programs_ahead import ProgramsAhead
+
+        ahead = ProgramsAhead(f"simulate {shot}", device)  # beside the imports
         from simulator.command_line.simulation import simulate_file
 
-    simulate_file(shot, settings or [], out, device, redo, not no_truth)
+    with ahead:
+        simulate_file(shot, settings or [], out, device, redo, not no_truth)
     if ledger is not None:
         from simulator.command_line.screen import tell
 

@@ -19,6 +19,7 @@ def main(arguments: list[str] | None = None) -> None:
     PHOTOSITE_DEBUG=1 in the environment shows the traceback of an error.
     """
     search_seldom()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # else it looks for them in all packages that are installed
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # of letters that a terminal lacks, and of paths that are no UTF-8
     try:

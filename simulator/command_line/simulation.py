@@ -12,6 +12,7 @@ import typer
 from simulator.atomic_files import atomic_write
 from simulator.command_line.screen import show_progress, tell
 from simulator.config import Sweep, frame_warnings, load_shot, load_sweep, locate_errors, shot_warnings
+from simulator.device import CompilerWarning
 from simulator.errors import PhotositeError
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
@@ -51,7 +52,8 @@ def simulate_shot(shot: Shot, out: Path, device: str | None, truth: bool) -> Non
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         tell(f"note: {note}")
-    for warning in [*resolved["warnings"], *(str(one.message) for one in told), *seen]:
+    of_numbers = [str(one.message) for one in told if not issubclass(one.category, CompilerWarning)]
+    for warning in [*resolved["warnings"], *of_numbers, *seen]:
         tell(f"warning: {warning}")
     for file in files.there():
         print(file)

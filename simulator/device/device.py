@@ -9,7 +9,9 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any
@@ -23,6 +25,7 @@ from simulator.device.kernel_source import SCALARS, declared_arguments, kernel_s
 from simulator.errors import PhotositeError
 from simulator.progress import counted_as
 
+CompilerWarning = cl.CompilerWarning
 Buffer = cl.Buffer  # memory on a device; docstrings and the comments of kernels state shape and element type of its content
 
 INSTALL_HINT = "install one: `pip install pyopencl[pocl]`, or Debian's `apt install pocl-opencl-icd`"
@@ -145,6 +148,18 @@ FEW_GROUPS = 4096  # work-groups that PoCL starts within 50 us of processor time
 FEW_ITEMS = 16  # work-items of a group of so small a launch: as many as a CPU's widest vector has float32 lanes
 
 
+def _without_compiler_warnings() -> AbstractContextManager:
+    """Ignore warnings of compilers, which some give without a cause."""
+    return warnings.catch_warnings(action="ignore", category=CompilerWarning)
+
+
+ProgramKey = tuple[str, tuple[tuple[str, str], ...]]  # file in kernels/, and names and values of its macros
+
+
+def _program_key(file: str, defines: Mapping[str, object]) -> ProgramKey:
+    return file, tuple((macro, f"{value}") for macro, value in defines.items())
+
+
 class Device:
     """An OpenCL device with its context, its queue and the kernels built for it.
 
@@ -166,8 +181,8 @@ class Device:
         self._own_queue = cl.CommandQueue(self._own_context)
         self._pages = HugePages(self._passing)
         self._kernels: dict[tuple, Kernel] = {}
-        self._launching = Lock()
-        self._programs: dict[tuple, tuple[str, cl.Program]] = {}  # text of a file with its macros; its kernels share a build
+        self._launching, self._building = Lock(), Lock()
+        self._programs: dict[ProgramKey, Future[cl.Program]] = {}  # a file with its macros; its kernels share a build
 
     @property
     def _context(self) -> cl.Context:
@@ -302,27 +317,55 @@ class Device:
         defines = read_macros(file, defines)
         key = (file, tuple(defines.items()))
         if (*key, name) not in self._kernels:
-            if key not in self._programs:
-                source = kernel_source(file)
-                self._programs[key] = source, self._build(source, name, defines)
-            source, program = self._programs[key]
-            self._kernels[*key, name] = Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
+            with _without_compiler_warnings():
+                function = cl.Kernel(self._program(file, defines, name), name)
+            self._kernels[*key, name] = Kernel(name, function, declared_arguments(kernel_source(file), name))
         return self._kernels[*key, name]
+
+    def used_programs(self) -> list[ProgramKey]:
+        """Return the programs whose kernels were asked for, in the order in which they were."""
+        return list(dict.fromkeys(_program_key(file, dict(defines)) for file, defines, _ in self._kernels))
+
+    def build_program(self, program: ProgramKey) -> None:
+        """Build a program that `kernel` then finds built, on a thread that changes no filters of warnings.
+
+        Raises PhotositeError when the driver cannot build it, and OSError for a file that there is not.
+        """
+        file, defines = program
+        self._program(file, read_macros(file, dict(defines)), file)
+
+    @counted_as("build")
+    def _program(self, file: str, defines: Mapping[str, object], name: str) -> cl.Program:
+        """Return the program of a file with these macros, which one thread builds, and for which others wait.
+
+        name: of a kernel, for the error's message.
+        """
+        key = _program_key(file, defines)
+        with self._building:
+            is_there = key in self._programs
+            program = self._programs.setdefault(key, Future())
+        if not is_there:
+            try:
+                program.set_result(self._build(kernel_source(file), name, defines))
+            except BaseException as error:
+                del self._programs[key]  # the next one tries again
+                program.set_exception(error)
+        return program.result()
 
     def build(self, source: str, name: str, defines: dict[str, object]) -> Kernel:
         """Build the kernel `name` from expanded source text, with these macros (pyopencl caches builds on disk).
 
         Raises PhotositeError when the driver cannot build it.
         """
-        return Kernel(name, cl.Kernel(self._build(source, name, defines), name), declared_arguments(source, name))
+        with _without_compiler_warnings():
+            return Kernel(name, cl.Kernel(self._build(source, name, defines), name), declared_arguments(source, name))
 
     @counted_as("build")
-    def _build(self, source: str, name: str, defines: dict[str, object]) -> cl.Program:
+    def _build(self, source: str, name: str, defines: Mapping[str, object]) -> cl.Program:
         """Return the program of expanded source text with these macros. name: of a kernel, for the error's message."""
         macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
         try:
-            with warnings.catch_warnings(action="ignore", category=cl.CompilerWarning):  # some drivers warn without a cause
-                return cl.Program(self._context, macros + source).build()
+            return cl.Program(self._context, macros + source).build()
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
 
@@ -359,8 +402,28 @@ def _log_choice(label: str) -> None:
     logging.getLogger(__name__).info("device: %s", label)
 
 
+_opening = Lock()
+
+
 @functools.cache
+def _opened(device: cl.Device) -> Device:
+    return Device(device)
+
+
 @counted_as("device")
+def find_device(name: str | None = None) -> Device:
+    """Return the device of `open_device`, which tells of no choice. Raises PhotositeError as that does."""
+    wanted = name or os.environ.get("PHOTOSITE_DEVICE", "")
+    with _opening:
+        found = _all_devices()
+        for device in found:
+            if wanted.lower() in _info(device).label.lower():
+                return _opened(device)
+    labels = "\n  ".join(_info(device).label for device in found)
+    raise PhotositeError(f"no OpenCL device matches {wanted!r}; give a part of one of these names:\n  {labels}")
+
+
+@functools.cache
 def open_device(name: str | None = None) -> Device:
     """Return the device whose label contains `name` (case-insensitive).
 
@@ -369,15 +432,18 @@ def open_device(name: str | None = None) -> Device:
     unless its parent process has used OpenCL.
     Raises PhotositeError when nothing matches, listing all devices, and in a process forked after its parent used OpenCL.
     """
-    wanted = name or os.environ.get("PHOTOSITE_DEVICE", "")
-    found = _all_devices()
-    for device in found:
-        if wanted.lower() in _info(device).label.lower():
-            _log_choice(_info(device).label)
-            return Device(device)
-    labels = "\n  ".join(_info(device).label for device in found)
-    raise PhotositeError(f"no OpenCL device matches {wanted!r}; give a part of one of these names:\n  {labels}")
+    device = find_device(name)
+    _log_choice(device.info.label)
+    return device
+
+
+def _forget_devices() -> None:
+    """Let a forked process open devices of its own, also where another thread was opening one."""
+    global _opening
+    _opening = Lock()
+    _opened.cache_clear()
+    open_device.cache_clear()
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=open_device.cache_clear)
+    os.register_at_fork(after_in_child=_forget_devices)

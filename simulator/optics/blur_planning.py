@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 
+from simulator.device.threads import both
 from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy
 from simulator.optics.defocus.defocus import Defocus, plan_defocus, radius_range_px
 from simulator.optics.defocus.lamp_laws import lamp_sharp_px
@@ -102,8 +103,11 @@ def with_defocus(
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
         share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
-    contrast = contrast_of(planned, loaded, lens, sensor, defocus, is_at_rest=is_at_rest)
-    scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
+    of_loaded = defocus
+    contrast, scene = both(
+        lambda: contrast_of(planned, loaded, lens, sensor, of_loaded, is_at_rest=is_at_rest),
+        lambda: extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded,
+    )
     if scene is not loaded:
         extended = plan_blur(planned, scene, lens, camera)
         assert extended is not None  # an extended background keeps the foreground that is blurred

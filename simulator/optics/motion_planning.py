@@ -9,14 +9,12 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electrons_per_radiance, plan_blur
-from simulator.optics.defocus.accuracy import LAMP_PEAK
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, is_sampled_alike, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.defocus.lamp_laws import rim_error, rim_share, spot_error
-from simulator.optics.defocus.photosite_area import MOST_REACH, PATH_PX, ReadPath
 from simulator.optics.defocus.predicted_error import squares_left
-from simulator.optics.defocus.scene_contrast import path_ends, scene_edges
+from simulator.optics.defocus.scene_contrast import scene_edges
 from simulator.optics.defocus.scene_light import (
     BRIGHT,
     SceneDetail,
@@ -31,22 +29,16 @@ from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
 from simulator.optics.geometry.instants import TimedPath
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, moving_path, plan_motion
 from simulator.optics.geometry.pixel_vectors import PixelVectors
-from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.path_planning import SAME_SCALE, is_even, with_path_weights
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.scene.compositing import flatten_layers
-from simulator.scene.content_keys import freeze
 from simulator.scene.occluded_background import extend_background
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.sensor_plan import SensorPlan
 
 UPRIGHT_PX = 0.15  # spread by which skewed spots are wrong, since photosites and samples of light stay upright [photosites]
-LONGEST_FITTED_PX = 16.0  # longest path to which weights of samples are fitted [photosites]
-READS_PER_PX = 16  # places on a straight path for which they are, per photosite
-FITTED_SHARE = 0.25  # of the allowed error, which these weights may leave where fewer samples have them
-LEAST_ENDS = 1e-9  # of `SceneContrast.ends` that is measured, which is not 0
-SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which light is read between the middles of pixels
 TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
 
 
@@ -95,49 +87,11 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         scene = planned.scene
     flash = found[1] if len(found) > 1 else None
     planned = replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
-    planned = _with_path_weights(planned, per_radiance)
+    if planned.motion is not None and planned.sweeps_shift(planned.light_samples):
+        if planned.motion.path.straight_shift() is not None:
+            planned = replace(planned, motion=planned.motion.with_exact_means())
+    planned = with_path_weights(planned, per_radiance)
     return planned.with_moved_pixels() if planned.moves_pixels else planned
-
-
-def _with_path_weights(planned: OpticsPlan, per_radiance: float) -> OpticsPlan:
-    """Return the plan with weights of samples that follow their path (`path_weights`), where all photosites have the same one.
-
-    That is a surface of one distance, of one pixel per photosite, behind a small circle that the stops of the lens leave whole.
-    """
-    defocus, motion, projection = planned.defocus, planned.motion, planned.projection
-    if defocus is None or motion is None or motion.method != "swept_first" or planned.has_flash or motion.vectors is not None:
-        return planned
-    largest_px = defocus.pupil.corner_radius * defocus.largest_px
-    is_one = len(defocus.radii_px) == 1 and defocus.eyes is None and not defocus.maps
-    is_upright = motion.blur is not None and motion.blur.followed is None and projection.warp is None
-    is_alike = is_upright and motion.is_common and motion.is_shift and motion.length.longest_px <= LONGEST_FITTED_PX
-    is_small = defocus.copied_px < defocus.largest_px and largest_px <= PATH_PX
-    if not (_is_even(planned) and not projection.nearest and is_one and is_small and is_alike):
-        return planned
-    places, per_share, ends = _places(motion, projection), per_radiance / planned.accuracy.electrons, math.inf
-    for reach in range(math.ceil(largest_px - 0.5) + 1, MOST_REACH + 1):
-        path = ReadPath(places, reach, is_positive=planned.accuracy.peak >= LAMP_PEAK)
-        defocus = replace(defocus, area=replace(defocus.area, path=path))
-        measured = partial(path_ends, planned.scene, planned.weights, per_share, defocus)
-        light = freeze(planned.weights), per_share, planned.accuracy.electrons, planned.accuracy.read_noise_e
-        ends = planned.scene.remember(("path ends", path, defocus.pupil, defocus.radii_px, light), measured)
-        if ends <= 12.0 * FITTED_SHARE * planned.accuracy.allowed:
-            break
-    return replace(planned, defocus=defocus, contrast=replace(planned.contrast, ends=max(ends, LEAST_ENDS)))
-
-
-def _places(motion: MotionPlan, projection: Projection) -> tuple[tuple[float, float, float], ...]:
-    """Return `ReadPath.places` of a motion by which all photosites read the same way."""
-    own, offset = motion.path.of_lines(np.zeros(1, np.intp)), np.array([projection.offset_x, projection.offset_y])
-    if (way := own.straight_shift()) is not None:
-        begin, end = (one[0] + offset for one in way)
-        count = math.ceil(READS_PER_PX * float(np.abs(end - begin).max())) + READS_PER_PX
-        places = begin + (np.arange(count)[:, None] + 0.5) / count * (end - begin)
-        shares = np.full(count, 1.0 / count)
-    else:
-        instants = own.of_shift().instants(max(motion.count, motion.lamp_count))
-        places, shares = instants.pose_numbers[0] + offset, instants.weights[0]
-    return tuple((x, y, share) for (x, y), share in zip(places.tolist(), shares.tolist(), strict=True))
 
 
 def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, length_px: float) -> SceneDetail:
@@ -153,7 +107,7 @@ def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, l
         return max(every[0](quantile=BRIGHT), *(own(quantile=few, has_lamps=False) for own in every))
 
     edges, dark = (usual(scene_detail, lit) for lit in (LIT_SHARE, 0.0))
-    if not _is_even(planned):
+    if not is_even(planned):
         return SceneDetail(edges, dark, 0.0, 0.0)
     return SceneDetail(edges, dark, *(usual(scene_bends, lit) for lit in (LIT_SHARE, 0.0)))
 
@@ -183,21 +137,13 @@ def _moved(layer: Layer, right: int, down: int) -> Layer:
     return replace(layer, planes=layer.planes[rows][:, columns], coverage=coverage, depth_m=float(np.min(layer.depth_m)))
 
 
-def _is_even(planned: OpticsPlan) -> bool:
-    """Whether the scene has one pixel per photosite, so that its light bends at pixels.
-
-    Means over photosites of a coarser scene bend by a third as much, by less than its edges.
-    """
-    return abs(planned.projection.scale - 1.0) < SAME_SCALE
-
-
 def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: SceneDetail) -> MotionNeed:
     """Return what a scene of this detail asks of the instants of a motion before the lens blurs it. seen: `_seen_scenes`."""
     accuracy, scale, edges = planned.accuracy, planned.projection.scale, detail.edges
     texture = max(scene_detail(scene, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE) for scene in seen)
     steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
     contrast = min(edges * max(scale, steepness), max(edges, 1.0))
-    bends = _is_even(planned)
+    bends = is_even(planned)
     return MotionNeed(
         contrast=contrast,
         dark=contrast * detail.dark / edges,
@@ -266,7 +212,7 @@ def _sampling_left(planned: OpticsPlan, defocus: Defocus, over: int, darker: flo
     squares, lamps = darker * squares_left(accuracy, least_px, over, defocus.scale), 0.0
     if contrast.lamp > 0.0:
         dark, share = contrast.around_lamps, rim_share(defocus.scale, over)
-        lamps = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share))
+        lamps = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share, own.area.beyond(over)))
     if own.gathers_scene(np.array([least_px]), np.array([largest_px])).any():
         return max(squares, lamps), 0.0, 0.0
     return 0.0, squares, lamps

@@ -431,7 +431,7 @@ class OpticsPlan:
         """Return the plan of a scene whose pixels do not stay on the borders of samples."""
         accuracy, defocus = replace(self.accuracy, whole_pixels=0), self.defocus
         if defocus is not None:
-            defocus = replace(defocus, accuracy=accuracy, area=replace(defocus.area, whole_pixels=0))
+            defocus = defocus.with_moved_pixels()
         return replace(self, accuracy=accuracy, defocus=defocus)
 
     def on_wider_photosites(self) -> Self:

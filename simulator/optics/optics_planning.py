@@ -61,15 +61,15 @@ def plan_optics(
     tolerance: float,
     timing: "Timing | None" = None,
     *,
-    draws_lamps: bool = True,
+    is_at_rest: bool = True,
     joins_layers: bool = True,
     whole: float | None = None,
     is_sharp: bool = False,
 ) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
-    tolerance: of each approximation. timing: of what moves; None: nothing does. draws_lamps: whether lamps may be drawn by
-        themselves behind a point spread function, and samples of light have a footprint; those of what moves do not.
+    tolerance: of each approximation. timing: of what moves; None: nothing does. is_at_rest: whether nothing moves: lamps
+        may be drawn by themselves then, samples of light may have a footprint, and layers hide the same parts of each other.
     joins_layers: whether layers at one distance are one surface, their composite; they are not where layers have a motion of
         their own. whole: tolerance of the photograph, as in `Shot`; None: that of each approximation.
     is_sharp: whether blur at rest is left out, however large it is.
@@ -83,10 +83,10 @@ def plan_optics(
         if timing is not None:  # the plan of the image at rest is kept with the scene, too
             from simulator.optics.motion_planning import with_motion  # nothing moves in most shots
 
-            resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False, joins_layers=joins_layers, whole=whole)
+            resting = plan_optics(loaded, lens, sensor, tolerance, is_at_rest=False, joins_layers=joins_layers, whole=whole)
             return with_motion(resting, loaded, lens, sensor, timing)
         made = _plan_sensor_optics(
-            loaded, lens, sensor, tolerance, tolerance if whole is None else whole, draws_lamps, is_sharp=is_sharp
+            loaded, lens, sensor, tolerance, tolerance if whole is None else whole, is_at_rest, is_sharp=is_sharp
         )
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
             for array in made.scene.arrays():
@@ -94,7 +94,7 @@ def plan_optics(
         return made
 
     key = optics_key(lens, sensor, tolerance, timing)
-    planned = make() if key is None else loaded.remember((key, draws_lamps, whole, is_sharp), make)
+    planned = make() if key is None else loaded.remember((key, is_at_rest, whole, is_sharp), make)
     return replace(planned, window=sensor.readout.computed)
 
 
@@ -137,7 +137,7 @@ def _plan_sensor_optics(
     sensor: SensorPlan,
     tolerance: float,
     whole: float,
-    draws_lamps: bool,
+    is_at_rest: bool,
     *,
     is_sharp: bool = False,
 ) -> OpticsPlan:
@@ -170,20 +170,20 @@ def _plan_sensor_optics(
         accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
         planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
-        planned = with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=draws_lamps)
-        if draws_lamps and floor is not None and planned.defocus is not None:
+        planned = with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=is_at_rest)
+        if is_at_rest and floor is not None and planned.defocus is not None:
             from simulator.optics.lamp_planning import with_drawn_lamps  # not needed for a sharp frame
 
             planned = with_drawn_lamps(planned, loaded, lens, sensor, floor)
         planned = _with_rays_through_filter(planned, lens, sensor)
-        if draws_lamps:
+        if is_at_rest:
             planned = _with_open_area(planned, lens, sensor)
     is_whole = planned.projection.open_side == 1.0 and planned.projection.low_pass_px == 0.0  # nothing is averaged before
     if is_whole and planned.projection.footprint is None and _is_even(planned.scene):
         return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
     from simulator.optics.kernel_planning import with_psf  # not needed for an even scene
 
-    return with_psf(planned, lens, sensor, floor, draws_lamps)
+    return with_psf(planned, lens, sensor, floor, is_at_rest)
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:

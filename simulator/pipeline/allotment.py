@@ -53,7 +53,7 @@ def allot(
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -> OpticsPlan:
     """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach.
 
-    Of a scene at rest, as laws of blur that is left out are held against.
+    Only of a scene at rest: what a blur that is left out leaves of edges that move has no law.
     """
     defocus = best.defocus if is_at_rest(best) else None
     if defocus is None or defocus.maps or min(most for _, most in defocus.ranges_px) > MOST_SHARP_PX:

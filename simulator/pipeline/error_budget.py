@@ -194,9 +194,7 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
 
 
 def _reads_aside(optics: OpticsPlan) -> bool:
-    """Whether photosites read the light between pixels at places that no path evens out, and that no weights follow."""
-    if optics.defocus is not None and optics.defocus.area.path is not None:
-        return False
+    """Whether photosites read the light between pixels at places that no path evens out."""
     paths = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
     return optics.projection.warp is not None or (bool(paths) and min(paths) < 1.0)
 

@@ -46,10 +46,11 @@ BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens bl
 OCCLUDING = 0.15  # assumed share of a frame with several surfaces where they occlude each other, before its tiles are measured
 LAUNCH_MS = {  # of a pass, however small: Python, plan of its launches, and their queue
     "scene planes": 0.13,
-    "radius statistics": 0.65,
-    "sensor": 0.55,
+    "radius statistics": 0.35,
+    "sensor": 0.37,
     "truth": 0.17,
 }
+MAP_MS = 0.3  # the same of each map of blur radii
 LEAST_MS = 0.13  # the same of a pass that is not listed
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
@@ -169,7 +170,7 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
     if optics.defocus is None or not defocus.kept or optics.accuracy.tolerance == 0.0:
         return Pass(name, False, "no method is chosen by tile")
     maps, pixels = optics.defocus.maps, pixels_of(optics)
-    cost = _ms(maps * pixels, COST_NS[name], name)
+    cost = _ms(maps * pixels, COST_NS[name], name) + MAP_MS * maps
     return Pass(
         name, True, f"blur radii of {maps} of {len(optics.scene.layers)} surfaces, patch by patch", pixels, cost_ms=cost
     )
@@ -279,9 +280,10 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         weights = "exact weights" if straight else f"weights of {motion.count} instants on each line"
         method = f"swept along its path by its {weights}{before}"
         return Pass(name, True, method, pixels, 4 * pixels, error, cost)
-    key, reads = ("sweep by place", 1.0) if projection.is_bilinear else ("sweep by part", part_work(projection))
+    over = 1 if motion.blur is None else motion.blur.samples_per_axis
+    key, reads = ("sweep by place", 1.0) if projection.is_bilinear else ("sweep by part", part_work(projection, over))
     if optics.sweeps_rows:
-        key, reads = "sweep", 1.2 * projection.taps(1.0) if projection.is_fine else 1.0
+        key, reads = "sweep", 1.2 * projection.taps(1.0 / over) if projection.is_fine else 1.0
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
             key = "even sweep"
     planes = 2 * optics.moving_layers - (optics.moving_layers == layers)  # light and coverage of what is read at each instant
@@ -317,13 +319,10 @@ def _blurred_pixels(optics: OpticsPlan) -> int:
 def _moving_ms(optics: OpticsPlan) -> float:
     """Time of points of the aperture that carry instants, with the samples that they read."""
     from simulator.optics.defocus.predicted_cost import cost_ms
-    from simulator.optics.passes.blur_work import unmeasured_samples
+    from simulator.optics.passes.blur_work import moving_work
 
-    assert optics.motion is not None  # something moves
-    window, colors = optics.blur_window(), 1 if optics.psf is None else len(optics.cfa.colors)
-    pixels = colors * window.width * window.height
-    points_ms = moving_cost_ms(pixels, len(optics.motion.path.motion.surfaces))
-    return points_ms + cost_ms(unmeasured_samples(optics))
+    samples, points, tables = moving_work(optics)
+    return moving_cost_ms(points, tables) + cost_ms(samples)
 
 
 def _by_color(one: Pass, optics: OpticsPlan) -> Pass:

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from simulator.scene.nearest_pixels import nearest_pixels
 from simulator.scene.scene import Layer, Scene, is_depth_map
 
 Places = tuple[np.ndarray, np.ndarray]  # rows and columns of pixels, (n,) each
@@ -107,8 +108,8 @@ def occluded_background(planes: np.ndarray, depth_m: float | np.ndarray, reach_p
     edges = depth_edges(inverse, step)
     if not edges.near.any():
         return None
-    edge_rows, edge_columns = _nearest_edge(edges)
-    within = _squared_px(edge_rows, edge_columns) <= reach_px**2
+    edge_rows, edge_columns, squared_px = nearest_pixels(edges.near | edges.far, reach_px)
+    within = squared_px <= reach_px**2
     rows, columns = np.nonzero(within & edges.near[edge_rows, edge_columns])
     edge = edge_rows[rows, columns], edge_columns[rows, columns]
     step_across = edges.down[edge], edges.right[edge]
@@ -137,28 +138,13 @@ def disoccluded_pixels(depth_m: float | np.ndarray, radius_px: np.ndarray, step:
     edges = depth_edges(_inverse_depth(depth_m), step)
     if not edges.near.any():
         return np.zeros(radius_px.shape, bool)
-    rows, columns = _nearest_edge(edges)
-    away_px = np.sqrt(_squared_px(rows, columns), dtype=np.float32) + np.float32(0.5)  # the edge lies between two pixels
+    rows, columns, squared_px = nearest_pixels(edges.near | edges.far, float(np.abs(radius_px).max()))
+    away_px = np.sqrt(squared_px, dtype=np.float32) + np.float32(0.5)  # the edge lies between two pixels
     return away_px < np.where(edges.near[rows, columns], -radius_px, radius_px)
 
 
 def _inverse_depth(depth_m: np.ndarray) -> np.ndarray:
     return np.float32(1.0) / depth_m.astype(np.float32, copy=False)
-
-
-def _nearest_edge(edges: DepthEdges) -> Places:
-    """Return row and column of the edge pixel nearest to each pixel, (height, width) int32 each."""
-    from scipy.ndimage import distance_transform_edt
-
-    nearest = np.empty((2, *edges.near.shape), np.int32)
-    distance_transform_edt(~(edges.near | edges.far), return_distances=False, return_indices=True, indices=nearest)
-    return nearest[0], nearest[1]
-
-
-def _squared_px(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return the squared distance of each pixel to the pixel (rows, columns) given for it, (height, width) int32 [px^2]."""
-    height, width = rows.shape
-    return (rows - np.arange(height, dtype=np.int32)[:, None]) ** 2 + (columns - np.arange(width, dtype=np.int32)) ** 2
 
 
 def _background(

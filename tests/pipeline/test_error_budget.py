@@ -11,6 +11,7 @@ from helpers.scene_builders import band_scene
 
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.optics.error_term import ErrorTerm
 from simulator.pipeline.error_budget import ErrorBudget
@@ -63,6 +64,18 @@ def test_each_effect_has_its_terms():
     slow = dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=1e-3)))
     (left_out,) = (term for term in plan(slow).error_budget.terms if term.effect == "motion blur")
     assert "nothing moves far" in left_out.cause and 0.0 < left_out.sigma < 0.1
+
+
+def test_a_straight_way_leaves_nothing_of_instants():
+    """Weights of its pixels are exact; those of a camera that rolls are of instants."""
+    planes = np.random.default_rng(1).random((48, 60))
+    shot = Shot(band_scene(planes), LENS, Exposure(0.001), small_camera(60, 48))
+    straight = Motion(layers={0: LayerMotion((Speed(2300.0, "px/s"), Speed(700.0, "px/s")))})
+    turned = Motion(camera=SteadyMotion(roll_deg_per_s=2000.0))
+    left = [
+        plan(dataclasses.replace(shot, motion=motion)).error_budget.sigma_of("motion blur") for motion in (straight, turned)
+    ]
+    assert left[0] < 1e-3 < 0.01 < left[1]
 
 
 def terms_of(

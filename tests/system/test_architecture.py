@@ -118,6 +118,7 @@ ORDER = {
         "passes",
         "optics_planning",
         "motion_planning",
+        "path_planning",
         "lamp_planning",
         "kernel_planning",
         "blur_planning",
@@ -159,7 +160,7 @@ ORDER = {
         "storage",
         "samples",
     ),
-    "simulator/device": ("device", "huge_pages", "kernel_source"),
+    "simulator/device": ("programs_ahead", "device", "huge_pages", "kernel_source", "threads"),
     "data_gen/storage": ("reading", "manifest", "shards", "summary", "writers"),
 }
 MOST_ARGUMENTS = 12  # of a kernel; more go into a struct

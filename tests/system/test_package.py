@@ -24,7 +24,7 @@ from simulator.units import key_of
 REPOSITORY = Path(__file__).parents[2]
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 PACKAGES = ("photosite", "simulator", "data_gen")
-KINDS = ("*.py", "*.pyi", "py.typed", "*.html", "*.css", "*.js")
+KINDS = ("*.py", "*.pyi", "py.typed", "*.html", "*.css", "*.js", "*.npy")
 PYTHONS = ("3.11", "3.12", "3.13")
 SMALL = "camera.window={x: 0, y: 0, width: 64, height: 48}"
 

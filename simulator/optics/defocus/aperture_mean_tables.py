@@ -7,12 +7,14 @@ from functools import lru_cache
 import numpy as np
 
 from simulator.device.kernel_source import declared_struct, kernel_source
+from simulator.device.threads import THREADS, in_threads
 from simulator.optics.defocus.aperture_kernel import CHUNK, MOST_WEIGHTS, Taps, make_taps, photosite_weights
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.defocus.tilted_kernel import tilted_weights
 from simulator.optics.geometry.interleaved_columns import element
 from simulator.optics.pupil.pupil import Pupil
 
+LEAST_WEIGHTS = 100_000  # that are worth several threads
 MOST_KEPT = 4096  # images of a pupil whose taps are kept for the next frame
 
 _Key = tuple[float, tuple[float, float]]  # radius and slope of an image
@@ -46,9 +48,16 @@ def aperture_taps(pupil: Pupil, images: Sequence[Image], samples_per_axis: int, 
     known = _known_taps(pupil, samples_per_axis, area)
     keys = [(image.radius_px, image.slope) for image in images]
     found = {key: taps for key in keys if (taps := known.get(key)) is not None}
-    made: dict[_Key, Taps] = {}
-    for some in _batches({*keys} - found.keys(), samples_per_axis):
-        made |= zip(some, make_taps(_weights(pupil, some, samples_per_axis, area), samples_per_axis), strict=True)
+    batches = list(_batches({*keys} - found.keys(), samples_per_axis))
+
+    def make(some: list[_Key]) -> list[Taps]:
+        return make_taps(_weights(pupil, some, samples_per_axis, area), samples_per_axis)
+
+    made = {
+        key: taps
+        for some, own in zip(batches, in_threads(make, batches), strict=True)
+        for key, taps in zip(some, own, strict=True)
+    }
     if len(known) + len(made) > MOST_KEPT:
         known.clear()
     known.update(made)
@@ -57,12 +66,16 @@ def aperture_taps(pupil: Pupil, images: Sequence[Image], samples_per_axis: int, 
 
 
 def _batches(images: Iterable[_Key], samples_per_axis: int) -> Iterator[list[_Key]]:
-    """Split images into those whose weights are in memory together: mirrored ones, and others of about their size."""
+    """Split images into those whose weights are computed together: mirrored ones, and others of about their size.
+
+    They are so many that each thread has a part, and so few that all fit into memory.
+    """
     batch: list[_Key] = []
-    weights = 0.0
+    weights, sizes = 0.0, {image: (samples_per_axis * (2.0 * abs(image[0]) + 1.0)) ** 2 for image in images}
+    most = min(MOST_WEIGHTS, max(sum(sizes.values()), LEAST_WEIGHTS)) / THREADS
     for image in sorted(images, key=lambda image: (abs(image[0]), *map(abs, image[1]))):
-        own = (samples_per_axis * (2.0 * abs(image[0]) + 1.0)) ** 2
-        if batch and weights + own > MOST_WEIGHTS:
+        own = sizes[image]
+        if batch and weights + own > most:
             yield batch
             batch, weights = [], 0.0
         batch.append(image)

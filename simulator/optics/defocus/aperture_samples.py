@@ -9,6 +9,7 @@ from simulator.optics.defocus.accuracy import FEWEST, MOST, MOST_WIDE, WIDE_PX
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_motion import Cells, JointMotion
 from simulator.optics.defocus.lattice_points import lattice_points
+from simulator.optics.defocus.relaxed_points import relaxed_points
 from simulator.optics.defocus.sobol_points import sobol_points
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.pupil.pupil_points import points_of
@@ -19,9 +20,13 @@ SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occl
 MOVING = 1.5
 ROUNDED_DOWN = 0.05  # octaves by which a number may be below the wanted one, so that read noise alone does not double it
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
-POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
+# Divides the aperture samples of a correction at one sample per photosite: they do not sample its area too. Of relaxed points
+# twice as many are cheaper than a smaller tolerance, since few blocks take them.
+POINTS_SAVED, RELAXED_SAVED = 4, 2
 FEWEST_CORRECTED = 64  # samples of a correction, if there are so many: of 32 too few see past the end of a penumbra
-CORRECTION_AGREES = 0.25  # share of the allowed disagreement at which a correction suffices: the means it corrects err, too
+# Share of the allowed disagreement at which a correction suffices: the means it corrects err, too. Relaxed points are nearer to
+# the truth than to their first half, by more than others are.
+CORRECTION_AGREES, RELAXED_AGREES = 0.25, 0.45
 CORRECTION_LEAST = 8  # divides the number after which a correction is compared first: beside an edge few points agree by chance
 HARDEST = 2  # times the number of points for blocks that do not agree on their light (`most_samples`)
 
@@ -63,9 +68,20 @@ def most_samples(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     return np.minimum(HARDEST * count, MOST_OF_ALL) if takes_as_needed(defocus) else count
 
 
-def correction_count(count: np.ndarray, samples_per_axis: int | np.ndarray) -> np.ndarray:
+def has_relaxed(samples_per_axis: int | np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Whether corrections take points of the aperture that are relaxed (`relaxed_points`): those that sample nothing else."""
+    return np.equal(samples_per_axis, 1) & (defocus.pupil.is_round and defocus.eyes is None and defocus.motion is None)
+
+
+def correction_agrees(samples_per_axis: int, defocus: Defocus) -> float:
+    """Share of the allowed disagreement at which a correction suffices."""
+    return RELAXED_AGREES if has_relaxed(samples_per_axis, defocus) else CORRECTION_AGREES
+
+
+def correction_count(count: np.ndarray, samples_per_axis: int | np.ndarray, defocus: Defocus) -> np.ndarray:
     """Return how many of the samples that blur circles have a correction takes (`Method.CORRECTED`)."""
-    saved = np.maximum(count // POINTS_SAVED, np.minimum(count, FEWEST_CORRECTED))
+    divided = count // np.where(has_relaxed(samples_per_axis, defocus), RELAXED_SAVED, POINTS_SAVED)
+    saved = np.maximum(divided, np.minimum(count, FEWEST_CORRECTED))
     return np.where(np.equal(samples_per_axis, 1), saved, count)
 
 
@@ -85,15 +101,20 @@ def fewest_samples(count: int, correction: bool, samples_per_axis: int, defocus:
 
 
 @lru_cache
-def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side: float = 1.0) -> np.ndarray:
+def aperture_samples(
+    pupil: Pupil, count: int, samples_per_axis: int, open_side: float = 1.0, *, relaxed: bool = False
+) -> np.ndarray:
     """Samples of low discrepancy, (count, 5) float32: x, y in the pupil; x, y in the photosite; phase from 0 to 1.
 
-    They are Sobol' points in five dimensions; a pupil with blades takes the first two from `Pupil.points`. Positions in the
-    photosite have the variance of its samples_per_axis x samples_per_axis grid, less what lies outside its light-sensitive
-    square of this side [photosites]. count: a power of two.
+    They are Sobol' points in five dimensions; a pupil with blades takes the first two from `Pupil.points`. relaxed: the first
+    two are `relaxed_points`, of a round pupil: better alone, but not with the others. Positions in the photosite have the
+    variance of its samples_per_axis x samples_per_axis grid, less what lies outside its light-sensitive square of this side
+    [photosites]. count: a power of two.
     """
     square = sobol_points(count)
-    if pupil.is_round:
+    if relaxed:
+        x, y = relaxed_points(count).T
+    elif pupil.is_round:
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.points(count).T

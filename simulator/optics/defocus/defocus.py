@@ -163,6 +163,21 @@ class Defocus:
         beyond = (least_px > fine_px) | (greatest_px < -fine_px)
         return beyond & (not self.area.whole_pixels and self.nodes_per_px != NODES_PER_PX)
 
+    def with_moved_pixels(self) -> Self:
+        """Return the blur of a scene whose pixels do not stay on the borders of samples."""
+        accuracy, area = replace(self.accuracy, whole_pixels=0), replace(self.area, whole_pixels=0)
+        return self._kept_as(accuracy=accuracy, area=area)
+
+    def with_skew(self, skew: tuple[float, float]) -> Self:
+        """Return the blur with spots of this skew (`Pupil.skew`)."""
+        return self._kept_as(pupil=replace(self.pupil, skew=skew))
+
+    def _kept_as(self, **changes: Hashable) -> Self:
+        """Return the blur with other settings: itself where they are its own, else one that is kept with what is remembered."""
+        if all(getattr(self, name) == value for name, value in changes.items()):
+            return self
+        return self.remember(("changed", *changes.items()), lambda: replace(self, **changes))  # type: ignore[arg-type]
+
     def on_wider_photosites(self) -> Self:
         """Return the blur as photosites see it that are twice as wide, which take means over all of their area."""
         return self._on_wider_photosites

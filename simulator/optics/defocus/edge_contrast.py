@@ -20,6 +20,7 @@ from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.scene_light import LAMP, MOST, seen_contrast, shifted
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Scene, is_depth_map
+from simulator.scene.window_filters import window_maximum, window_mean, window_minimum
 
 BESIDE = 2.0 / (3.0 * math.pi)  # sum over places beside an edge of the part of the aperture that sees past it [radii]
 UNKNOWN = 0.5  # contrast of layers whose surfaces have steps
@@ -45,24 +46,22 @@ def depth_edge_contrast(scene: Scene, to_share: np.ndarray, defocus: Defocus) ->
     light of a photosite, mean over its area and over half of the farther surface's circle, is compared with the mean of what
     lies from there to one radius beside it, on the side that differs most.
     """
-    from scipy.ndimage import uniform_filter
-
     if scene.behind or not is_depth_map(scene.depth_m):
         hidden = hidden_error(UNKNOWN, defocus.largest_px)
         return DepthEdgeContrast(UNKNOWN, *((UNKNOWN, hidden) if defocus.guessed else (0.0, 0.0)))
     picture = _edged_picture(scene, to_share, defocus)
     if not picture.around.any():
         return DepthEdgeContrast()
-    mean = uniform_filter(picture.light, picture.width)
+    mean = window_mean(picture.light, picture.width)
     deviation = seen_contrast(picture.light - mean, mean, defocus.accuracy)[picture.around]
     beside = float(np.quantile(deviation, 0.99))
     if not defocus.guessed:
         return DepthEdgeContrast(beside)
     scale = defocus.scale / picture.every
     side = max(round(scale), round(math.sqrt(0.5 * math.pi) * picture.far_px * scale), 1)
-    light = uniform_filter(picture.light, side, mode="nearest")
+    light = window_mean(picture.light, side, "nearest")
     length = min(math.ceil(defocus.largest_px * scale), WIDEST_PX)
-    next_to, most = uniform_filter(picture.light, length, mode="nearest"), np.zeros_like(light)
+    next_to, most = window_mean(picture.light, length, "nearest"), np.zeros_like(light)
     away = max(round(0.5 * length), 1)
     for axis, way in ((0, away), (0, -away), (1, away), (1, -away)):
         np.maximum(most, np.abs(light - shifted(next_to, axis, way, light.shape[axis])), out=most)
@@ -129,8 +128,6 @@ class _EdgedPicture:
 
 def _edged_picture(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> _EdgedPicture:
     """Return a scene of one picture with depth, and where its depth has edges."""
-    from scipy.ndimage import maximum_filter, minimum_filter
-
     every = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_ESTIMATED))
     light = np.minimum((scene.planes[::every, ::every] @ to_share).max(axis=2), LAMP)
     radius = defocus.radii_px[0]
@@ -140,7 +137,7 @@ def _edged_picture(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> _Edg
     either = edges.near | edges.far
     width = min(2 * math.ceil(defocus.largest_px * defocus.scale / every) + 1, WIDEST_PX)
     far_px = float(np.quantile(np.abs(own[edges.far]), 0.01)) if edges.far.any() else 0.0
-    ends_px = minimum_filter(np.where(either, own, np.inf), width), maximum_filter(np.where(either, own, -np.inf), width)
+    ends_px = window_minimum(np.where(either, own, np.inf), width), window_maximum(np.where(either, own, -np.inf), width)
     around = np.isfinite(ends_px[0])
     least_px, greatest_px = (ends[around] for ends in ends_px)
     past_small = np.zeros(0)

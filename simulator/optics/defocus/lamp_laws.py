@@ -11,6 +11,7 @@ import numpy as np
 from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 
 RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
+SPOT = 4400.0  # brightest spot of those that bound `spot_error`, in the light around it: 20,000 over pi 1.2^2
 RIM_MOVED, RIM_SEEN = 3e-3, 5e-2  # of a lamp that eight rectangles gather: its light, and the root of it in its own noise
 
 
@@ -85,6 +86,21 @@ def rim_share(scale: float, samples_per_axis: int) -> float:
     return min(2.0 / 27.0 * max(scale, 1.0) / samples_per_axis**2, RIM_SHARE)
 
 
+def shadow_share(near_px: float, far_px: float, scale: float, open_side: float, samples_per_axis: int) -> float:
+    """Share of a lamp's spot that is seen past the edge of a nearer layer which hides it.
+
+    A photosite at x sees a lamp at q, of the signed radius s, through the place x (1 - r) + q r of a layer of the radius r s.
+    So an edge there shadows photosites that are |1 - r| open sides and |r| pixels of the scene away from it, half of both. Its
+    coverage is read between means over samples: a samples beyond an edge that leaves the part p of one open, p (1.5 - p - a),
+    at most (1.5 - a)^2 / 4.
+    """
+    if far_px == 0.0:
+        return 0.0
+    ratio = near_px / far_px
+    away = 0.5 * (abs(1.0 - ratio) * open_side + abs(ratio) / scale) * samples_per_axis
+    return 0.25 * max(1.5 - away, 0.0) ** 2
+
+
 def moved_rim_error(lamp: float, accuracy: Accuracy, dark: float, scale: float, samples_per_axis: int) -> float:
     """Error of rays at the rim of a lamp's spot whose pixel samples mix, in the noise of what is around it.
 
@@ -125,14 +141,22 @@ def mixed_lamp_error(share: float, scale: float, open_side: float, accuracy: Acc
     return accuracy.sigma * share * accuracy.peak * accuracy.electrons / (scale * open_side) ** 2 / math.sqrt(noise_e2)
 
 
-def rim_error(lamp: float, accuracy: Accuracy, dark: float = 1.0, share: float = RIM_SHARE) -> float:
-    """Error at the rim of a lamp's spot where nothing else is lit, so that it counts in the noise of the dark; else 0.
+def rim_error(
+    lamp: float,
+    accuracy: Accuracy,
+    dark: float = 1.0,
+    share: float = RIM_SHARE,
+    beyond: float = 0.0,
+    held: float = math.inf,
+) -> float:
+    """Error at the rim of a lamp's spot, in the noise of what is around it.
 
     A share of the spot's light falls beside it. RIM_SHARE bounds depth maps with steps and lamps of 100 to 10^7 e- over black.
+    Where the surroundings have more noise than the read-out, `spot_error` holds spots that are up to `held` times as bright.
 
-    dark: light around the spot, as a share of the brightest light. share: of the spot, as `rim_share`.
+    dark: light around the spot, as a share of the brightest light. share: of the spot, as `rim_share`. beyond: least share,
+    that is seen whatever is around the spot.
     """
-    dark_e2 = max(accuracy.read_noise_e**2, 1.0)
-    if dark * accuracy.electrons > dark_e2:
-        return 0.0
-    return share * lamp * math.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / dark_e2)
+    own_e2, dark_e2 = (light * accuracy.electrons + accuracy.read_noise_e**2 for light in (1.0, dark))
+    is_held = dark * accuracy.electrons > max(accuracy.read_noise_e**2, 1.0) and lamp <= held * dark
+    return (beyond if is_held else max(share, beyond)) * lamp * math.sqrt(own_e2 / max(dark_e2, 1.0))

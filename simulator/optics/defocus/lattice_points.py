@@ -7,9 +7,9 @@ Sobol' points, because no plane through a lattice holds many of its points.
 import numpy as np
 
 # Of each number of points, a multiplier a of small figures P_2 in three and four dimensions. P_2 does not order what is left of
-# disks that move: of 256, 1024, 1536 and 2048 points it is one of some dozen of small P_2, with little error of disks and of
-# layers on their paths.
-MULTIPLIERS = {32: 3, 64: 5, 128: 59, 256: 201, 512: 119, 1024: 397, 1536: 583, 2048: 893, 4096: 285, 8192: 5397}
+# disks that move: of 256, 1024, 1536, 2048 and 4096 points it is one of some dozen of small P_2, with little error of disks and
+# of layers on their paths; of 1024 and 4096 with small P_2 in six dimensions, too, of which photosites have two.
+MULTIPLIERS = {32: 3, 64: 5, 128: 59, 256: 201, 512: 119, 1024: 131, 1536: 583, 2048: 893, 4096: 1227, 8192: 5397}
 
 
 def lattice_points(count: int, dimensions: int) -> np.ndarray:

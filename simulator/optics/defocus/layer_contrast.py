@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.defocus.defocus import Defocus
+from simulator.scene.window_filters import window_maximum
 
 FULL = 4.0  # 1 over the product of standard deviations of coverage and light of which half are 0 and half are 1
 SPREAD = 1.0 / math.sqrt(math.pi)  # radius of a circle as large as a photosite, over which the points of samples lie, too
@@ -70,13 +71,9 @@ def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Def
 
 def _mean_product(cover_2: np.ndarray, cover_px: int, light_2: np.ndarray, light_px: int) -> np.ndarray:
     """Largest mean product of two deviations within squares of so many pixels, from their squares (rows, columns, channels)."""
-    from scipy.ndimage import maximum_filter
-
     cover, light = np.sqrt(cover_2), np.sqrt(light_2)
     root_mean = np.sqrt(_mean_above_0(cover_2, cover_px) * _mean_above_0(light_2, light_px))
-    most_cover, most_light = (
-        maximum_filter(one, (width, width, 1), mode="nearest") for one, width in ((cover, cover_px), (light, light_px))
-    )
+    most_cover, most_light = (window_maximum(one, width, "nearest") for one, width in ((cover, cover_px), (light, light_px)))
     least = np.minimum(root_mean, most_cover * _mean_above_0(light, light_px))
     return np.minimum(least, most_light * _mean_above_0(cover, cover_px))
 

@@ -15,24 +15,28 @@ import numpy as np
 FINEST = 64  # most parts per photosite and axis on which weights of even squares are computed
 RADIUS_IN_PARTS = 24.0  # least blur radius in these parts, if FINEST allows
 PART_OPEN = 2  # factor on both for photosites whose open area ends within parts
-MOST_REACH = 3  # samples to either side of a path's weights, all of which are read one by one (`aperture_kernel.DIRECT`)
-PATH_PX = MOST_REACH - 0.5  # largest radius of an image of the aperture whose weights follow the path of the samples
+MOST_REACH = 3  # samples to either side of a path's weights that are all read one by one (`aperture_kernel.DIRECT`)
+PATH_PX = 24.0  # largest radius of an image of the aperture whose weights follow the path of the samples
 TILTED_IN_PARTS = 12.0  # the same for tilted surfaces
 SQUARE = np.array([1.0, 22.0, 1.0]) / 24.0  # an even square, as three points one side apart with its variance of 1/12
 
 Gather = Callable[[float, int], np.ndarray]
+Way = tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
 class ReadPath:
     """Where photosites read a picture of one pixel per photosite that is swept before a blur.
 
-    places: x, y of each instant from the pixel that has the photosite's number, and its share of the light [pixels].
-    reach: samples to either side that have weights. is_positive: whether none is negative, beside lamps.
+    ways: x, y of each instant from the pixel that has the photosite's number, and its share of the light [pixels]; of some
+    photosites, one where all read alike. beside: rings of samples around the image of the aperture that have weights. inside:
+    rings within its rim that have weights of their own; farther in they have one in common. is_positive: whether none is
+    negative, beside lamps.
     """
 
-    places: tuple[tuple[float, float, float], ...]
-    reach: int
+    ways: tuple[Way, ...]
+    beside: int
+    inside: int
     is_positive: bool = False
 
 
@@ -65,6 +69,11 @@ class PhotositeArea:
         half = 0.5 * self.open_side
         borders = np.clip(np.arange(samples_per_axis + 1) / samples_per_axis - 0.5, -half, half)
         return np.diff(borders) / self.open_side
+
+    def beyond(self, samples_per_axis: int) -> float:
+        """Share of what even samples with these shares see that lies beyond one border of the open side."""
+        ends = np.arange(1, samples_per_axis + 1) / samples_per_axis - 0.5
+        return float(self.shares(samples_per_axis) @ np.clip((ends - 0.5 * self.open_side) * samples_per_axis, 0.0, 1.0))
 
     def mean(self, weights: np.ndarray, samples_per_axis: int) -> np.ndarray:
         """Mean of weights (..., n, n) over the photosite's own samples: (..., m, m) with m = n + samples_per_axis - 1.

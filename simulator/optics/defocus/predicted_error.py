@@ -18,6 +18,7 @@ from simulator.optics.defocus.accuracy import (
     grid_error,
     occlusion_error,
     points_error,
+    relaxed_error,
     slab_error,
     slope_error,
     small_circles_error,
@@ -25,18 +26,20 @@ from simulator.optics.defocus.accuracy import (
     twice_blurred_share,
     wide_error,
 )
-from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, sample_count
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, has_relaxed, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.edge_laws import nodes_error, nodes_of_squares
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms, most_samples_per_axis
 from simulator.optics.defocus.lamp_laws import (
     RIM_SHARE,
+    SPOT,
     gathered_lamp_error,
     lamp_crossing_error,
     moved_rim_error,
     rim_error,
     rim_share,
+    shadow_share,
     spot_error,
 )
 from simulator.optics.defocus.scene_contrast import SceneContrast
@@ -54,9 +57,6 @@ OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
 # Light between pixels as large as photosites bends at their middles, and even squares end at their borders: of either a circle
 # leaves 2 / (3 pi) of its radius times the second difference along an axis, the mean of |x| over half the disk.
 OF_BENDS = 2.0 * 2.0 / (3.0 * math.pi)
-# Weights of even squares have a twelfth of a pixel's square of variance along each axis, light between pixels has a sixth. What
-# is read of two pixels at the part f between them has f (1 - f) more, up to a quarter: a sixth too much, twice what lacks at 0.
-ASIDE = 2.0
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
@@ -106,7 +106,7 @@ def error_terms(
         steepest = max(grid_error(min(blurred), finest, defocus.scale), contrast.ends / (12.0 * finest**2))
         grid = 0.0 if reads_pixels else min(smooth, steepest)
         if contrast.ends > 0.0 and abs(defocus.scale - 1.0) < 1e-6 and not reads_pixels:
-            grid = (ASIDE if is_aside else 1.0) * contrast.ends / (12.0 * finest**2)  # it is what is left
+            grid = (contrast.ends_aside if is_aside else contrast.ends) / (12.0 * finest**2)  # it is what is left
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
@@ -131,14 +131,9 @@ def error_terms(
         is_finest = is_gathered or not accuracy.detail or finest == most_samples_per_axis(own, smallest)
         add("images of the aperture between radii that are tabulated", left, RAYS, falls=not is_finest)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
-        ends = np.array([end for pair in ranges for end in pair if end > own.copied_px])
-        share = (
-            RIM_SHARE
-            if is_sloped or defocus.scale < 1.0 - 1e-6
-            else rim_share(defocus.scale, int(own.samples_per_axis(ends, ends).min()))
-        )
-        dark = contrast.around_lamps
-        spots = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share))
+        is_mixed, dark = not is_sloped and defocus.scale >= 1.0 - 1e-6, contrast.around_lamps
+        shares = _spot_shares(own, reads_pixels=reads_pixels) if is_mixed else (RIM_SHARE, 0.0)
+        spots = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, *shares, SPOT))
         add("edges of the spots of lamps", spots, FINER_SCENE)
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
     points = int(sample_count(wide_or_not, defocus).min())
@@ -157,13 +152,13 @@ def error_terms(
         if own.largest_px >= defocus.wide_px:
             add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER, falls=not defocus.guessed)
     elif len(radii) > 1:
-        falls, points = points < MOST_OF_ALL, int(correction_count(np.array(points), finest))
-        points_left = contrast.mixed * points_error(points, finest, own.largest_px)
+        falls, points = points < MOST_OF_ALL, int(correction_count(np.array(points), finest, defocus))
+        points_left = contrast.mixed * points_left_of(own, points, finest)
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=falls)
     if len(radii) > 1:
         small = small_circles(own)
         add("layers with circles as small as the samples", contrast.within * small, RAYS)
-        hidden = contrast.lamps_mixed * points_error(points, finest, own.largest_px) + contrast.lamps_within * small
+        hidden = contrast.lamps_mixed * points_left_of(own, points, finest) + contrast.lamps_within * small
         if hidden > 0.0:
             add("lamps that layers hide", hidden, RAYS)
     if own.eyes is not None:
@@ -180,6 +175,24 @@ def error_terms(
             "input",
         )
     return terms
+
+
+def _spot_shares(defocus: Defocus, *, reads_pixels: bool) -> tuple[float, float]:
+    """Shares of a lamp's spot that samples bring to where it is dark: those that mix its pixel, and what is seen of any.
+
+    These lie beyond the open area, or behind a nearer layer. reads_pixels: of `error_terms`; photosites are their middles then.
+    """
+    ends = np.array([end for pair in defocus.ranges_px for end in pair if end > defocus.copied_px])
+    samples, area = int(defocus.samples_per_axis(ends, ends).min()), defocus.area
+    radii_px = [float(np.max(radius)) for radius in defocus.radii_px]  # of surfaces at one distance each
+    shadows = [
+        shadow_share(near, far, defocus.scale, 0.0 if reads_pixels else area.open_side, samples)
+        for number, far in enumerate(radii_px)
+        for near in radii_px[:number]
+    ]
+    if reads_pixels or area.has_squares(samples):
+        return 0.0, max(shadows, default=0.0)
+    return rim_share(defocus.scale, samples), max([area.beyond(samples), *shadows])
 
 
 def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:
@@ -228,14 +241,15 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
         radius_px = np.array([own.largest_px])
         finest = int(own.samples_per_axis(radius_px, radius_px)[0])
         every = int(sample_count(radius_px, defocus)[0])
-        points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
-        left = contrast.mixed * points_error(points, finest, own.largest_px)
+        # No error of means beside them hides that of fewer points.
+        points = int(correction_count(np.array(every), finest, defocus))
+        left = contrast.mixed * points_left_of(own, points, finest)
         add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
         small = small_circles(own)
         add("layers with circles as small as the samples", contrast.within * small, LAYERED)
         add(
             "lamps that layers hide",
-            contrast.lamps_mixed * points_error(points, finest, own.largest_px) + contrast.lamps_within * small,
+            contrast.lamps_mixed * points_left_of(own, points, finest) + contrast.lamps_within * small,
             LAYERED,
         )
     if contrast.has_steps and not defocus.guessed:
@@ -249,6 +263,13 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
             "input",
         )
     return terms
+
+
+def points_left_of(defocus: Defocus, points: int, samples_per_axis: int) -> float:
+    """`points_error` of a blur's corrections, or `relaxed_error` where their points are relaxed."""
+    if has_relaxed(samples_per_axis, defocus):
+        return relaxed_error(points, defocus.largest_px)
+    return points_error(points, samples_per_axis, defocus.largest_px)
 
 
 def small_circles(defocus: Defocus) -> float:

@@ -34,7 +34,7 @@ class BlockChoice:
 
     def sampled(self) -> np.ndarray:
         """Mask of the computed blocks that sample the aperture."""
-        return self.computed & np.isin(self.methods, (Method.CORRECTED, Method.OCCLUSION))
+        return self.computed & ((self.methods == Method.CORRECTED) | (self.methods == Method.OCCLUSION))
 
     def wide(self) -> np.ndarray:
         """Mask of the computed blocks that come from the blur on photosites twice as wide."""

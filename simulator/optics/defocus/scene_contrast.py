@@ -2,28 +2,33 @@
 
 import math
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurred_share
-from simulator.optics.defocus.aperture_kernel import aperture_weights, disk_weights
+from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_contrast import WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
 from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
-from simulator.optics.defocus.path_weights import pixel_weights
+from simulator.optics.defocus.path_contrast import PART_PX, PARTS, parts_around
+from simulator.optics.defocus.path_weights import lattices, pixels_of
 from simulator.optics.defocus.scene_light import LAMP, MOST, composite, flattened_error, seen_contrast, shifted
-from simulator.optics.defocus.square_kernel import disk_square_weights
 from simulator.optics.defocus.strip_contrast import curvatures
 from simulator.scene.occluded_background import EDGE_PX
 from simulator.scene.scene import Layer, Scene
+from simulator.scene.window_filters import window_maximum, window_mean, window_minimum
 
 MOST_LAMPS = 16  # brightest ones of a layer around which its light is looked at
 FEW_LAMPS, FEW = 4, 4000  # pixels that may be lamps in scenes of so few that these count as the brightest light
 MOST_MIXED = 250_000  # places of a composite whose range is measured
-PARTS, PART_PX = 4, 40  # parts per axis of a large scene whose penumbrae are looked at, and their side [photosites]
+ASIDE = (
+    ((0.0, 0.0, 1.0),),
+    ((0.5, 0.0, 1.0),),
+    ((0.0, 0.5, 1.0),),
+    ((0.5, 0.5, 1.0),),
+)  # parts of pixels between which light is read
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
 STEEP_PX = 0.5, 1.5  # radii at which circles reach the next pixels, where even squares leave most of light between them
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
@@ -54,7 +59,8 @@ class SceneContrast:
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
         least where a penumbra ends; of one pixel per photosite, twelve times what even squares, or weights of a path, leave
-        of light between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
+        of light between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more. ends_aside: the
+        same where photosites read the light anywhere between the pixels; 0: no scene of one pixel per photosite.
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     crossed: error of the largest circle that is left out behind a point spread function, of `psf.left_out_blur`; None: it is
         that of the curvature.
@@ -71,6 +77,7 @@ class SceneContrast:
     around: float = 1.0
     edges: tuple[float, ...] = (1.0,) * len(LITS)
     ends: float = 0.0
+    ends_aside: float = 0.0
     flattened: float = 0.0
     around_lamps: float = 1.0
     within: float = 1.0
@@ -99,7 +106,7 @@ def scene_contrast(
     lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     ranges = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else {}
-    ends = 0.0 if defocus.accuracy.detail else _penumbra_ends(scene, to_share, defocus, curvature)
+    ends, aside = (0.0, 0.0) if defocus.accuracy.detail else _penumbra_ends(scene, to_share, defocus, curvature)
     steps = depth_edge_contrast(scene, to_share, defocus) if has_steps else DepthEdgeContrast()
     return SceneContrast(
         curvature,
@@ -111,6 +118,7 @@ def scene_contrast(
         mixed=ranges.get("mixed", 0.0),
         around=ranges.get("around", 0.0),
         ends=ends,
+        ends_aside=aside,
         around_lamps=around_lamps,
         within=ranges.get("within", 0.0),
         lamps_mixed=ranges.get("lamps_mixed", 0.0),
@@ -173,8 +181,6 @@ def _brightest_of_few(layer: Layer, to_share: np.ndarray) -> float:
 
 def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, column: int, radius_px: float) -> float:
     """Least mean within a blur circle that touches that of a pixel, lamps left out, of layers at rest; at most 1."""
-    from scipy.ndimage import uniform_filter
-
     reach, side = (math.ceil(factor * max(radius_px, 0.5) * scale) for factor in (2.0, math.sqrt(math.pi)))
     size = scene.planes.shape[:2]
     down, right = (
@@ -186,7 +192,7 @@ def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, co
     if is_lamp.all():
         return 1.0
     light[is_lamp] = light[~is_lamp].mean()
-    least = uniform_filter(light, side, mode="nearest", axes=(0, 1)).min()
+    least = window_mean(light, side, "nearest").min()
     return min(max(float(least), 0.0), 1.0)
 
 
@@ -216,8 +222,6 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, f
 
     The mean is that within the smallest circle. Layers are composited at rest.
     """
-    from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter1d
-
     step = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_MIXED))
     layers = [
         (
@@ -232,7 +236,7 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, f
         return min(2 * math.ceil(radius_px * defocus.scale / step) + 1, WIDEST_PX)
 
     narrow = max(width_of(min(least for least, _ in defocus.ranges_px)), round(defocus.scale / step))
-    mean = uniform_filter1d(uniform_filter1d(light, narrow, axis=0), narrow, axis=1)
+    mean = window_mean(light, narrow)
 
     def most_seen(contrast: np.ndarray) -> float:
         return float(np.quantile(seen_contrast(contrast, mean, defocus.accuracy), MOST))
@@ -249,39 +253,44 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, f
             found |= {"lamps_mixed": most_seen(lamps.over_points), "lamps_within": most_seen(lamps.over_samples)}
     if defocus.maps:
         wide = width_of(defocus.largest_px)
-        range_ = np.asarray(maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1)))
+        range_ = np.asarray(window_maximum(light, wide) - window_minimum(light, wide))
         found["around"] = most_seen(range_)
     return found
 
 
-def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> float:
-    """Return `SceneContrast.ends`: its quantile MOST, of layers at rest; 0 where the scene's own curvature is no more.
+def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> tuple[float, float]:
+    """Return `SceneContrast.ends` and `ends_aside`, of layers at rest; 0 where the scene's own curvature is no more.
 
     curvature: of the scene. Of a large scene parts on a grid are looked at.
     """
     radius_px = min(least for least, _ in defocus.ranges_px)
     if radius_px <= defocus.copied_px or curvature == 0.0:
-        return 0.0
+        return 0.0, 0.0
     if abs(defocus.scale - 1.0) < 1e-6:
         radii_px = [radius_px, *(one for one in STEEP_PX if radius_px < one < defocus.largest_px)]
-        pairs = [(disk_weights(one), disk_square_weights(one, 1)) for one in (min(one, WIDEST_END_PX) for one in radii_px)]
-        behind = [partial(_steps_behind, weights=pair[0], of_slopes=pair[1], defocus=defocus) for pair in pairs]
-    elif curvature * twice_blurred_share(radius_px, defocus.scale) > 12.0 * grid_error(radius_px, 1, defocus.scale):
-        behind = [partial(_bends_behind, weights=disk_weights(min(radius_px, WIDEST_END_PX)), defocus=defocus)]
-    else:
-        return 0.0
-    lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
-    return max(float(np.quantile(np.concatenate([own(light).ravel() for light in lights]), MOST)) for own in behind)
+        return _pixel_ends(scene, to_share, defocus, [min(one, WIDEST_END_PX) for one in radii_px])
+    if curvature * twice_blurred_share(radius_px, defocus.scale) > 12.0 * grid_error(radius_px, 1, defocus.scale):
+        behind, places = disk_weights(min(radius_px, WIDEST_END_PX)), _parts(scene, defocus.scale)
+        lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in places]
+        found = np.concatenate([_bends_behind(light, behind, defocus).ravel() for light in lights])
+        return float(np.quantile(found, MOST)), 0.0
+    return 0.0, 0.0
 
 
-def path_ends(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> float:
-    """Return `SceneContrast.ends` of a surface of one radius, whose samples have the weights of their path (`path_weights`)."""
-    path, (radius_px,) = defocus.area.path, defocus.radii_px
-    assert path is not None  # else they have other weights
-    found, exact = (one[::-1, ::-1] for one in pixel_weights(partial(aperture_weights, defocus.pupil), float(radius_px), path))
-    lights = [composite([_at(layer, place, per_share * weights) for layer in scene.layers]) for place in _parts(scene, 1.0)]
-    left = [_steps_behind(light, found, exact, defocus).ravel() for light in lights]
-    return float(np.quantile(np.concatenate(left), MOST))
+def _pixel_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: list[float]) -> tuple[float, float]:
+    """Return `_penumbra_ends` of one pixel per photosite: of photosites that read pixels, and of those that read aside of them.
+
+    What is read of two pixels at the part f between them has f (1 - f) of variance, which the light has not: even squares lack
+    a twelfth of a pixel's square at f = 0, and have a sixth too much at 1/2. What both axes leave is largest at one of these.
+    """
+    pairs = [lattices(disk_weights, radius_px, ASIDE) for radius_px in radii_px]
+    every = [pair for own in pairs for pair in own]
+    parts = parts_around(scene, to_share, 1.0, defocus.accuracy, every)
+    left = [
+        [12.0 * parts.left(pixels_of(disk_weights(radius_px), read) - exact, parts.filtered(exact)) for read, exact in own]
+        for radius_px, own in zip(radii_px, pairs, strict=True)
+    ]
+    return max(own[0] for own in left), max(map(max, left))
 
 
 def _parts(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
@@ -323,22 +332,6 @@ def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> n
     return np.stack(found)
 
 
-def _steps_behind(light: np.ndarray, weights: np.ndarray, of_slopes: np.ndarray, defocus: Defocus) -> np.ndarray:
-    """Twelve times what pixels as even squares leave of light that is linear between them, in the noise of that light.
-
-    Both behind a circle at the middles of the photosites, which are the pixels'. A parabola leaves a twelfth of its bend.
-
-    light: (rows, columns, channels). weights: of areas of the circle in pixels; of_slopes: of what lies between pixels in it.
-    """
-    from scipy.ndimage import convolve
-
-    found = []
-    for channel in range(light.shape[2]):
-        own, true = (convolve(light[..., channel], one, mode="nearest") for one in (weights, of_slopes))
-        found.append(seen_contrast(12.0 * (own - true), true, defocus.accuracy))
-    return np.stack(found)
-
-
 def _between(values: np.ndarray, places: np.ndarray, axis: int) -> np.ndarray:
     """Values at places along an axis, linear between theirs; beyond its ends those at the ends."""
     last = values.shape[axis] - 1
@@ -357,8 +350,6 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     searched in bands of rows.
     weights, per_share: as of `scene_contrast`.
     """
-    from scipy.ndimage import uniform_filter
-
     side, to_share = max(1, round(defocus.scale)), per_share * weights
     size, columns = scene.planes.shape[:2]
     high = min(4 * side, size)
@@ -367,7 +358,7 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     layers, found = [_at(layer, (places,), to_share) for layer in scene.layers], np.zeros(len(LITS))
     for number in range(min(len(layers), 2)):
         light = composite(layers[number:])  # (bands, rows, columns, channels)
-        mean = uniform_filter(light, side, mode="nearest", axes=(1, 2))
+        mean = window_mean(light, side, "nearest", axes=(1, 2))
         for axis in (1, 2):
             step = np.diff(light, axis=axis)
             if light.shape[axis] < 3:

@@ -6,6 +6,7 @@ from functools import reduce
 
 import numpy as np
 
+from simulator.device.threads import in_threads
 from simulator.optics.defocus.accuracy import product_error
 from simulator.optics.defocus.aperture_mean_tables import Image
 from simulator.optics.defocus.defocus import (
@@ -97,10 +98,11 @@ def choose_methods(
     margin: rows and columns of patches on each side of the tiles.
     """
     moved_px = 0.0 if defocus.motion is None else defocus.motion.reach_px(defocus.largest_px)
-    around = [
-        merge_within_reach(seen, defocus.pupil.corner_radius, defocus.largest_px, moved_px).inside(*margin)
-        for seen in layer_statistics
-    ]
+
+    def merge(seen: RadiusStatistics) -> RadiusStatistics:
+        return merge_within_reach(seen, defocus.pupil.corner_radius, defocus.largest_px, moved_px).inside(*margin)
+
+    around = in_threads(merge, layer_statistics)
     tiles, blocks = ([getattr(seen, part)() for seen in around] for part in ("of_tiles", "of_blocks"))
     methods, samples_per_axis, visible, largest, single = _classify(defocus, tiles)
     block_methods, _, block_visible, block_largest, block_single = _classify(defocus, blocks)

@@ -159,6 +159,13 @@ class TimedPath:
         speed = (ways[-1] - ways[0]) / max(float(come[-1, 0]), 1e-300)
         return speed if np.abs(ways[0] + speed * come - ways).max() <= self.straight_px else None
 
+    @property
+    def bend_px(self) -> float:
+        """Largest distance of the nearest surface's way from a straight and even one between its ends [photosites]."""
+        ways, come = self._ways(0), (self.times_s - self.times_s[0])[:, None]
+        even = ways[0] + (ways[-1] - ways[0]) * (come / max(float(come[-1, 0]), 1e-300))
+        return float(np.abs(even - ways).max())
+
     def shift_at(self, times_s: np.ndarray, surface: int) -> np.ndarray:
         """Return the displacement x, y of a surface in the sensor's middle at times from the release, (..., 2) [photosites]."""
         ways = self._ways(surface)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from simulator.optics.geometry.motion_plan import MotionPlan
 
 COST_NS = {
-    "sweep launches": 1.5e6,  # of a frame that one kernel sweeps: paths and launches
+    "sweep launches": 7.0e5,  # of a frame that one kernel sweeps: paths and launches
     "sweep": 1.6,  # for each photosite, instant and layer
     "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
     "shifting layers": 0.08,  # for each photosite, instant and plane of layers that move without a turn over such a scene
@@ -22,12 +22,15 @@ COST_NS = {
     "sweep by place": 6.0,  # for each photosite, instant and layer of light that is bilinear between pixels
     "sweep by part": 5.2,  # for each photosite, instant, layer, and upright part of a tilted photosite
     "moving launches": 3.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
-    "moving points": 550.0,  # for each photosite and surface
+    "moving points": 0.25,  # for each photosite, point of the aperture and slab of radius
+    "moving tables": 30.0,  # for each point of a cell and a layer, which the host makes
     "instant": 1.0e6,  # of each instant at which the optics run: its pose and its weights
 }
 PART_READ, AT_ONCE = 0.21, 2.0  # of the time of a part, for each scene pixel that it may touch; reads of a bilinear value
 SHIFT_MARGIN_PX = 5.0  # by which a path counts as longer
 FOUR_READ = 2.0  # times what layers that shift take, where points of aperture and time read between four pixels
+TURNED, TURNED_TABLES = 4.0, 6.0  # times the work of points, and of their tables, that are bilinear over a cell
+CLIPPED_TABLES = 30.0  # times that of points of a block whose pupil is clipped
 DRIFTING = 1.5  # times what layers that shift take, where displacements change along a row
 
 
@@ -36,16 +39,16 @@ def sweep_cost_ms(key: str, count: float) -> float:
     return 1e-6 * (COST_NS["sweep launches"] + COST_NS[key] * count)
 
 
-def part_work(projection: Projection) -> float:
-    """Work of a photosite that is averaged by upright parts at each place, in units of "sweep by part"."""
+def part_work(projection: Projection, over: int = 1) -> float:
+    """Work of one of `over` x `over` samples that is averaged by upright parts at each place, in units of "sweep by part"."""
     posed = replace(projection, pose=(0.0,) * 10)
-    parts = posed.parts_per_axis(1)
-    return parts**2 * (1.0 + PART_READ * (posed.taps(1.0 / parts) ** 2 or AT_ONCE))
+    parts = posed.parts_per_axis(over)
+    return parts**2 * (1.0 + PART_READ * (posed.taps(1.0 / over / parts) ** 2 or AT_ONCE))
 
 
-def moving_cost_ms(pixels: int, surfaces: int) -> float:
-    """Return the predicted time of points of the aperture that carry instants [ms]."""
-    return 1e-6 * (COST_NS["moving launches"] + COST_NS["moving points"] * pixels * surfaces)
+def moving_cost_ms(points: float, tables: float) -> float:
+    """Return the predicted time of points of the aperture that carry instants [ms]. points, tables: units of COST_NS."""
+    return 1e-6 * (COST_NS["moving launches"] + COST_NS["moving points"] * points + COST_NS["moving tables"] * tables)
 
 
 def instants_of(motion: "MotionPlan", lines: int) -> tuple[int, int]:

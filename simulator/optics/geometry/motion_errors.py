@@ -23,7 +23,8 @@ def motion_errors(motion: "MotionPlan | None", skipped: Skipped | None, sigma: f
         return [ErrorTerm(MOTION, "none, since nothing moves far", skipped.sigma, STILL, falls=True)]
     if motion is None or motion.method == "joint":  # whose error is that of the blur
         return []
-    cause = f"{motion.count} instants on a path of {motion.length.longest_px:.3g} photosites"
+    how = "a straight path" if motion.is_exact else f"{motion.count} instants on a path"
+    cause = f"{how} of {motion.length.longest_px:.3g} photosites"
     if motion.blur is not None and motion.blur.slope:
         cause += f", blur radii of its middle, which change by {motion.blur.slope:.2g} from photosite to photosite"
     found = [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]

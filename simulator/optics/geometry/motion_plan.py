@@ -148,7 +148,8 @@ class MotionPlan:
     lamp_count: instants of each line where lamps pass, if that is more than `count`; 0: it is not. even_count: even instants
     of each line that are as exact as `count`, which may lie denser at the ends of the path (`TimedPath.spaced`), and as those
     of lamps. same_px: difference of shifts of the image that are the same [photosites]. edge_count: instants that edges need,
-    where corners need more; 0: all.
+    where corners need more; 0: all. instants_error: part of `error` that instants leave. straight_error: what a straight even
+    way leaves in their place, of one that bends a little. is_exact: whether means over such a way are taken, not instants.
     """
 
     method: MotionMethod
@@ -164,11 +165,19 @@ class MotionPlan:
     lamp_count: int = 0
     same_px: float = SAME_SHIFT_PX
     edge_count: int = 0
+    instants_error: float = 0.0
+    straight_error: float = 0.0
+    is_exact: bool = False
 
     @property
     def is_common(self) -> bool:
         """Whether all lines are open at the same times."""
         return all(one.is_common for one in self.path.openings)
+
+    def with_exact_means(self) -> Self:
+        """Return the plan of an image whose means over a straight even way are exact, so that no instants are left."""
+        left = min(self.straight_error, self.instants_error)
+        return replace(self, error=self.error - self.instants_error + left, instants_error=left, is_exact=True)
 
     def shared_nodes(self) -> np.ndarray:
         """Return times of instants that all lines of the sensor share, (nodes,) [s from the release], for `node_weights`."""
@@ -327,7 +336,7 @@ def plan_motion(
         error = max(error, path.instants_error(lamp_count, length, need.lamps))
     else:
         lamp_count = 0
-    everywhere, error = max(count, lamp_count), error + left_out
+    instants, everywhere, error = error, max(count, lamp_count), error + left_out
     if vectors is not None:
         count, lamp_count = everywhere, 0
     alike, (deep, parallax_px) = vectors is None and _moves_alike(path), _shifted_by_depth(path)
@@ -335,7 +344,8 @@ def plan_motion(
     if deep is not None and parallax <= need.allowed:  # all of the surface moves as its nearest place
         deep, error = None, error + parallax
     swept = MotionPlan("swept", path, length, count, error, alike, even_count, vectors, lamp_count=lamp_count, same_px=same_px)
-    swept = replace(swept, edge_count=of_edges)
+    bent = 0.0 if vectors is not None else steepest * path.bend_px  # pixels with velocities of their own have no common way
+    swept = replace(swept, edge_count=of_edges, instants_error=instants, straight_error=bent)
     if blur is None and deep is None:
         return swept
     reason = blur if isinstance(blur, str) else ""

@@ -10,6 +10,7 @@ COST_NS = {
     "bilinear samples": 2.0,  # for each part of a sample of another scene that is not finer than the photosites
     "distorted samples": 10.0,  # more for each sample whose place distortion moves
     "posed samples": 3.0,  # the same of a pose of the camera
+    "posed squares": 6.5,  # the same where even squares of the scene cross a sample
     "pixel samples": 1.2,  # for each sample within one pixel
     "square parts": 4.0,  # for each upright part of a sample that even squares of the scene cross
     "square reads": 0.85,  # for each scene pixel that such a part may touch
@@ -23,7 +24,7 @@ def projection_work(projection: Projection, over: int, samples: float) -> dict[s
     if projection.is_separable(over):
         return {"separable samples": samples}
     moved = {"distorted samples": samples} if projection.warp is not None else {}
-    moved |= {"posed samples": samples} if projection.pose is not None else {}
+    moved |= {"posed squares" if taps else "posed samples": samples} if projection.pose is not None else {}
     if not taps:
         return {**moved, "bilinear samples": samples * (-(-projection.samples // over)) ** 2}
     if taps == 1 and parts == 1:

@@ -106,13 +106,13 @@ class DeviceTables:
         images, _ = self._images()
         return self._device.upload((len(images) * self.zones.corners(first_corners)).astype(np.uint32))
 
-    def points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
+    def points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None, *, relaxed: bool = False) -> np.ndarray:
         """Aperture samples of kernels/occlusion.cl for blocks, (blocks, count, 5), or (1, count, 5) shared by all.
 
-        around: `Zones.around_blocks` of the blocks; None: no rim clips the pupil.
+        around: `Zones.around_blocks` of the blocks; None: no rim clips the pupil. relaxed: as of `aperture_samples`.
         """
         if around is None:
-            return aperture_samples(self._pupil, count, self.samples_per_axis, self._area.open_side)[None]
+            return aperture_samples(self._pupil, count, self.samples_per_axis, self._area.open_side, relaxed=relaxed)[None]
         known: dict[int, np.ndarray] = self._kept(("points", count), dict)
         if sum(points.nbytes for points in list(known.values())) > MOST_KEPT_BYTES:  # another thread may add some
             known.clear()

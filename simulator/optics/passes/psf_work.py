@@ -17,7 +17,7 @@ def gathered_work(optics: OpticsPlan, psf: FieldPsf) -> Work:
     layers, planes = len(optics.scene.layers) if optics.has_coverage else 1, optics.channels + optics.has_coverage
     if psf.is_gathered_by_distance:  # layers with coverage are projected once more for the tail
         projected = samples * layers * planes * (1 + optics.has_coverage)
-    elif optics.defocus is None:
+    elif optics.defocus is None or psf.by_distance:  # by one kernel of all distances
         projected = samples * optics.channels
     else:
         found["copies"] = samples * optics.channels

@@ -21,12 +21,21 @@ from simulator.optics.ray_reference.convergence import REPLICATIONS, RaySet, fol
 from simulator.optics.ray_reference.deep_rays import DeepPicture
 from simulator.optics.ray_reference.height_field_rays import HeightField
 from simulator.optics.ray_reference.layered_rays import LayeredRays, move_rays, ray_samples, upload_surfaces
-from simulator.optics.ray_reference.small_lights import LightSpots, SmallLights, light_pairs, open_share, take_lights
+from simulator.optics.ray_reference.small_lights import (
+    WHOLE,
+    LightSpots,
+    SmallLights,
+    Start,
+    has_shares,
+    light_pairs,
+    open_share,
+    take_lights,
+)
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Window
 
-WHOLE = (1.0, 0.0)  # start of rays on photosites that are open all over, without a filter
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
+FAINT = 1e-6  # of the brightest light, below which no sample is a small light
 MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest; fewer where one lies on many samples
 LEAST_CELL, RAY_CELL_PX = (
     (8, 1),
@@ -36,7 +45,6 @@ RAYS_PER_LIGHT_RAY = 4  # rays of a photosite for each from one of its small lig
 PATTERNS, FEWEST_PATTERNS, PATTERN_RAYS = 32, 4, 131072  # patterns of a set of rays: fewer of many rays
 
 Sample = Callable[[RaySet, np.ndarray], np.ndarray]
-Start = tuple[float, float]  # where rays begin: side of their square, and distance of the spots that it has [photosites]
 
 
 def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], progress: Callable[[float], None]) -> Buffer:
@@ -77,7 +85,7 @@ def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callab
         grid = Grid(optics, device, planes)
         on_samples = 4.0 * (grid.over / optics.projection.scale) ** 2 if optics.projection.is_bilinear else 1.0
         most = max(int(MOST_LIGHTS / on_samples), 1)
-        has_lights = defocus.motion is None and _start(optics) == WHOLE  # whose shares are those of whole photosites
+        has_lights = defocus.motion is None and has_shares(defocus.pupil, _start(optics))
         limit = light_limit(optics.scene, optics.weights, most) if has_lights else None
         return lambda window: BandRays(grid, window, limit).sample
     picture = DeepPicture(device, deep, blur, optics.weights, optics.projection)
@@ -107,7 +115,9 @@ def light_limit(scene: Scene, weights: np.ndarray, most: int = MOST_LIGHTS) -> t
     limit = highlight_threshold(scene, weights)
     if limit is None:
         return None
-    ratio = np.concatenate([((layer.planes @ weights) / limit).max(axis=2).ravel() for layer in scene.layers])
+    light = np.concatenate([(layer.planes @ weights).reshape(-1, len(limit)) for layer in scene.layers])
+    limit = np.maximum(limit, np.float32(FAINT) * light.max(axis=0))  # black but for its lights, a scene has a mean of 0
+    ratio = np.divide(light, limit, out=np.zeros_like(light), where=limit > 0.0).max(axis=1)
     most = min(most, len(ratio) - 1)
     factor = max(1.0, float(np.partition(ratio, len(ratio) - 1 - most)[len(ratio) - 1 - most]))
     return limit * np.float32(factor), limit / BRIGHT
@@ -169,7 +179,7 @@ class BandRays:
         self._unhidden = None if self._spots is None else self._spots.unhidden()
 
     def _light_spots(self, lights: SmallLights, window: Window, grid: "Grid") -> LightSpots:
-        pairs, shares = light_pairs(lights, self._pupil, window, grid.margin_px, grid.over)
+        pairs, shares = light_pairs(lights, self._pupil, window, grid.margin_px, grid.over, _start(grid.optics))
         optics, defocus = grid.optics, _defocus_of(grid.optics)
         block = np.array(optics.cfa.block(window.x, window.y))
         y, x = np.divmod(pairs[:, 0], window.width)

@@ -8,9 +8,10 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.aperture_samples import (
-    CORRECTION_AGREES,
+    correction_agrees,
     correction_count,
     fewest_samples,
+    has_relaxed,
     most_samples,
     move_samples,
     sample_count,
@@ -80,6 +81,11 @@ class BlockSlabs:
         """First slab of some blocks (a mask), and their number of slabs."""
         number = self.number(some)
         return self._first[number], self._count[number]
+
+    def are_pairs(self, some: np.ndarray) -> np.ndarray:
+        """Which of some blocks (a mask) see two layers of one radius each."""
+        number = self.number(some)
+        return (self._count[number] == 2) & ~self.mapped[number]
 
 
 class RowBand:
@@ -291,11 +297,14 @@ class RowBand:
         places = self._places(rows, sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
         corrected = chosen.methods[sampled] == Method.CORRECTED
         points, largest = sample_count(chosen.largest_px[sampled], self.defocus), chosen.largest_px[sampled]
-        points = np.where(corrected, correction_count(points, self.samples_per_axis), most_samples(largest, self.defocus))
+        points = np.where(
+            corrected, correction_count(points, self.samples_per_axis, self.defocus), most_samples(largest, self.defocus)
+        )
         self.windows.measure(self.sampled, self.radius, self._row_band(rows), self._sample_rows(rows))
         down, right = np.nonzero(sampled)
         corners, shares = self.tables.around_blocks(rows.tiles.start * ROWS_IN_TILE + down, right)
-        kinds = np.stack([points, corrected, corners[:, 0] >= 0])
+        of_pairs = corrected & slabs.are_pairs(sampled)
+        kinds = np.stack([points, corrected, corners[:, 0] >= 0, of_pairs])
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
             around = corners[selected], shares[selected]
@@ -312,13 +321,15 @@ class RowBand:
     ) -> None:
         """Run kernels/occlusion.cl on blocks of one kind.
 
-        kind: number of aperture samples, whether they compute a correction, and whether they are the block's own.
+        kind: number of aperture samples, whether they compute a correction, whether they are the block's own, and whether two
+        layers of one radius each are seen.
         places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
         """
-        number, correction, clipped = kind
-        points = self.tables.points(number, around if clipped else None)
+        number, correction, clipped, is_pair = kind
+        relaxed = bool(correction and has_relaxed(self.samples_per_axis, self.defocus))
+        points = self.tables.points(number, around if clipped else None, relaxed=relaxed)
         blocks = np.column_stack([places, number * clipped * np.arange(len(places))])
-        self._launch_occlusion((number, correction), blocks, BLOCK_ROWS, points, slabs, row_band)
+        self._launch_occlusion((number, correction, is_pair), blocks, BLOCK_ROWS, points, slabs, row_band)
 
     def _run_moving(
         self,
@@ -351,22 +362,23 @@ class RowBand:
         if cells.points == "places":
             from_middle = np.column_stack([x, y]) + 0.5 - middles
             blocks = np.column_stack([blocks, from_middle.astype(np.float32).view(np.uint32)])
-        self._launch_occlusion((number, 0), blocks, height, points, slabs, row_band)
+        self._launch_occlusion((number, 0, 0), blocks, height, points, slabs, row_band)
 
     def _launch_occlusion(
         self,
-        kind: tuple[int, int],
+        kind: tuple[int, int, int],
         blocks: np.ndarray,
         block_rows: int,
         points: np.ndarray,
         slabs: Buffer,
         row_band: dict[str, int],
     ) -> None:
-        """Launch kernels/occlusion.cl. kind: number of aperture samples, and whether they compute a correction.
+        """Launch kernels/occlusion.cl, or kernels/layer_covariance.cl for the correction of two layers of one radius each.
 
-        blocks, points: as there. block_rows: of a block; fewer where cells have fewer rows.
+        kind: number of aperture samples, whether they compute a correction, and whether of a pair. blocks, points: as
+        there. block_rows: of a block; fewer where cells have fewer rows.
         """
-        number, correction = kind
+        number, correction, is_pair = kind
         span, rows = self.block_size
         rows = max(rows * block_rows // BLOCK_ROWS, 1)
         size = (BLOCK_COLUMNS // 2 // span, block_rows // 2 // rows, len(blocks))
@@ -382,7 +394,7 @@ class RowBand:
             **self.windows.macros,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
-        stricter = CORRECTION_AGREES**2 if correction else 1.0
+        stricter = correction_agrees(self.samples_per_axis, self.defocus) ** 2 if correction else 1.0
         slope, offset = (stricter * part for part in self.defocus.accuracy.allowed_disagreement(self.defocus.guessed))
         sampling = {
             "patch_rows": self.windows.rows,
@@ -393,23 +405,23 @@ class RowBand:
             "offset": offset,
         }
         places, samples = self.device.upload(blocks.astype(np.uint32)), self.device.upload(points)
-        frame = self.area.frame
+        frame, name = self.area.frame, "layer_covariance" if is_pair else "occlusion"
+        seen = {} if is_pair else {"radius": self.radius, "windows": self.windows.windows}
         for launch in self.launches:
             cfa = self.mosaics.cfas[launch.start]
             colors = {"cfa": cfa.packed(frame.x, frame.y), "first_color": cfa.colors[0]}
             self.device.run(
-                self.device.kernel("occlusion", {**self.defines, **variant, "COLORS": len(launch)}, file="occlusion.cl"),
+                self.device.kernel(name, {**self.defines, **variant, "COLORS": len(launch)}),
                 size,
                 (*size[:2], 1),
                 planes=self.sampled,
-                radius=self.radius,
                 blocks=places,
                 slabs=slabs,
                 points=samples,
-                windows=self.windows.windows,
                 sampling={**sampling, **colors},
                 light=self.mosaics.light,
                 band={**row_band, "light_row": launch.start * frame.height},
+                **seen,
             )
 
     def _project_radius(self, rows: BandRows) -> None:

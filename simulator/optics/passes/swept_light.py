@@ -60,7 +60,7 @@ def _at_rest(optics: OpticsPlan) -> OpticsPlan:
     skew, moved = optics.motion.blur.spot_skew, optics.with_moved_pixels()
     defocus, psf = moved.defocus, optics.psf
     if defocus is not None:
-        defocus = replace(defocus, pupil=replace(defocus.pupil, skew=skew))
+        defocus = defocus.with_skew(skew)
     if psf is not None and skew != UPRIGHT:
         psf = replace(psf, skew=skew)
     scene = optics.scene

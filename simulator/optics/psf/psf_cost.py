@@ -12,7 +12,7 @@ from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.lamps import Lamps, lie_alike
 
 COST_NS = {
-    "gathers": 1.2e6,  # of a frame that the device gathers: launches and kernels
+    "gathers": 6.0e5,  # of a frame that the device gathers: launches and kernels
     "corrections": 5.0e6,  # of a frame whose blur is corrected to wave optics, or that is gathered by distance: their kernels
     "copies": 0.7,  # for each sample of a colour behind the geometric blur
     "light": 15.0,  # for each photosite

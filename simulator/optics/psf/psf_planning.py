@@ -10,7 +10,7 @@ import numpy as np
 
 from simulator.color.spectra import efficiency_on, integral_weights
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import RAY_ERROR, SHARP_PX, Accuracy
+from simulator.optics.defocus.accuracy import LAMP_PEAK, RAY_ERROR, SHARP_PX, Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import Projection
@@ -44,6 +44,7 @@ FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they 
 MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
 MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of a wavefront with aberrations include defocus
+SMOOTH_PX = 0.5  # blur radius from which light between photosites is smooth [photosites]
 DARK = 0.1  # share of a scene that is the dark side of its edges
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
@@ -74,6 +75,16 @@ def highlight_thresholds(scene: Scene, weights: np.ndarray) -> tuple[float, ...]
     """Electron radiance above which light is a highlight, by channel: LIMIT_TIMES times the mean of the darker nine tenths."""
     light = _sorted_light(scene, weights, 65536)
     return tuple(float(mean) for mean in LIMIT_TIMES * light[: max(1, int(0.9 * len(light)))].mean(axis=0))
+
+
+def _is_smooth(psf: FieldPsf, defocus: Defocus | None, accuracy: Accuracy) -> bool:
+    """Whether no light has an edge that would ring: circles of SMOOTH_PX and more come first, and there are no lamps.
+
+    Light above a limit would get other kernels than that below it, and each of them a bend that the other takes away.
+    """
+    if psf.by_distance or defocus is None or accuracy.peak >= LAMP_PEAK:
+        return False
+    return min(least for least, _ in defocus.of_scene().ranges_px) >= SMOOTH_PX
 
 
 def dark_light(scene: Scene, weights: np.ndarray) -> float:
@@ -123,7 +134,8 @@ def plan_visible_psf(
         psf = replace(psf, over=over)
     elif psf.by_distance and projection.is_bilinear and len(psf.radii_px) == 1:  # the device has slabs of photosites only
         psf = _with_samples(psf, projection, accuracy, bend(), camera.channels, whole if draws_lamps else None)
-    psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights), even_squares=_has_squares(psf, projection))
+    limits = () if _is_smooth(psf, defocus, accuracy) else highlight_thresholds(scene, weights)
+    psf = replace(psf, highlight_limits=limits, even_squares=_has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
         if change < SKIPPED_SHARE * accuracy.tolerance:

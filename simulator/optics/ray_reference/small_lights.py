@@ -24,7 +24,10 @@ LEAST_OPEN = 1e-6  # share of the pupil below which a photosite counts as dark
 SPAN_ROWS = 2048  # rows of the table of the pupil's shape
 MOST_FINE = 400.0  # largest radius of an image of the pupil from which shares are made [cells]
 NODES = 8  # of the quadrature over a cell, per axis
+WHOLE = (1.0, 0.0)  # start of rays on photosites that are open all over, without a filter
 SUBDIVISIONS = (4, 2, 1)  # points per sample and axis of a photosite's area
+
+Start = tuple[float, float]  # where rays begin: side of their square, and distance of the spots that it has [photosites]
 
 
 @dataclass(frozen=True)
@@ -70,14 +73,22 @@ def take_lights(
     return SmallLights(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
 
 
+def has_shares(pupil: Pupil, start: Start) -> bool:
+    """Whether `cell_shares` are those of photosites with such an open area and filter: behind blades they are of whole ones."""
+    return start == WHOLE or pupil.is_round
+
+
 @cache
-def cell_shares(pupil: Pupil, radius_px: float, oversampling: int) -> tuple[np.ndarray, int]:
+def cell_shares(pupil: Pupil, radius_px: float, oversampling: int, start: Start = WHOLE) -> tuple[np.ndarray, int]:
     """Share of the pupil's image on a cell, for each cell around a photosite: (n, n) float64, and the first cell's offset.
 
     Element [i, j] is that of the cell `offset + i` rows and `offset + j` columns from the photosite's first sample. It is the
     mean over the photosite's area, and at one sample per photosite that at the photosite's centre. A round pupil's area in a
     photosite is exact, its mean over a cell by Gauss-Legendre quadrature; blades are cut as `aperture_weights` does.
+    start: of `has_shares`.
     """
+    if start != WHOLE:
+        return _open_shares(abs(radius_px), oversampling, *start)
     if oversampling == 1:
         weights = aperture_weights(pupil, radius_px)
         return weights, -(len(weights) // 2)
@@ -118,16 +129,29 @@ def _round_shares(radius_px: float, oversampling: int) -> tuple[np.ndarray, int]
     return shares / oversampling**2, int(cells[0])
 
 
+def _open_shares(radius_px: float, oversampling: int, side_px: float, apart_px: float) -> tuple[np.ndarray, int]:
+    """`cell_shares` of a round pupil on open squares, of which a low-pass filter makes two by two."""
+    reach = math.ceil((radius_px + 0.5 * apart_px) * oversampling) + 1
+    cells = np.arange(-reach, reach + oversampling)
+    away = (cells + 0.5) / oversampling - 0.5
+    spots = (-0.5 * apart_px, 0.5 * apart_px) if apart_px else (0.0,)
+    images = [
+        square_image(radius_px, 1.0 / oversampling, side_px, away - down, away - right) for down in spots for right in spots
+    ]
+    return np.asarray(np.mean(images, axis=0)), int(cells[0])
+
+
 def light_pairs(
-    lights: SmallLights, pupil: Pupil, frame: Window, margin_px: int, oversampling: int
+    lights: SmallLights, pupil: Pupil, frame: Window, margin_px: int, oversampling: int, start: Start = WHOLE
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of a photosite and a light that it sees, (pairs, 2) int (place, light), and the share of each, (pairs,) float64.
 
     A share is that of the pupil's image on the light's cell, times 1 - g u for the slope g of its radius. Sorted by place.
+    start: of `cell_shares`.
     """
     pairs, shares = [np.empty((0, 2), int)], [np.empty(0)]
     for number, (row, column, radius) in enumerate(zip(lights.rows, lights.columns, lights.radii_px, strict=True)):
-        weights, offset = cell_shares(pupil, float(radius), oversampling)
+        weights, offset = cell_shares(pupil, float(radius), oversampling, start)
         from_y, from_x = (
             int(at) - (np.arange(size) + margin_px) * oversampling for at, size in ((row, frame.height), (column, frame.width))
         )  # cells from the first sample of each row and column of photosites

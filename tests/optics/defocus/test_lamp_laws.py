@@ -16,7 +16,8 @@ from helpers.scene_builders import FixedScene
 from simulator import load_shot
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.lamp_images import square_image
-from simulator.optics.defocus.lamp_laws import mixed_lamp_share, moved_rim_error, rim_share
+from simulator.optics.defocus.lamp_laws import mixed_lamp_share, moved_rim_error, rim_share, shadow_share, spot_error
+from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.predicted_error import error_terms
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.scene.scene import Layer
@@ -34,6 +35,32 @@ def test_what_samples_move_beyond_a_straight_rim_is_bounded(scale, samples):
         as_points = np.maximum(ends - 0.5 * side - end, 0.0)
         moved = max(moved, float(shares @ as_squares), float(shares @ as_points))
     assert 0.9 * min(rim_share(scale, samples), 0.15) < moved <= 1.001 * 2.0 / 27.0 * scale * side**2
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 4, 8])
+@pytest.mark.parametrize("open_side", [0.7, 0.894, 1.0])
+def test_open_areas_that_end_within_samples_see_light_beyond_their_borders(open_side, samples):
+    """Light of a slit that ends there, by its samples' own squares."""
+    area, parts = PhotositeArea(open_side=open_side), 1000
+    place = (np.arange(samples * parts) + 0.5) / (samples * parts) - 0.5
+    seen = np.repeat(area.shares(samples), parts) / parts
+    beyond = seen[place > 0.5 * open_side].sum()
+    assert area.beyond(samples) == pytest.approx(beyond, abs=1.0 / parts)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 4])
+@pytest.mark.parametrize("ratio", [-0.5, 0.0, 0.22, 0.9, 1.0])
+def test_light_past_the_edge_of_a_shadow_is_bounded(ratio, samples):
+    """Coverage over samples, read between them, where a straight edge hides all of a lamp: at all places among samples."""
+    scale, open_side, side, most = 2.6875, 0.894, 1.0 / samples, 0.0
+    reach = 0.5 * (abs(1.0 - ratio) * open_side + abs(ratio) / scale)
+    for edge in np.linspace(0.0, side, 200, endpoint=False):
+        first = -4 * samples
+        means = np.clip((edge - side * np.arange(first, -first)) * samples, 0.0, 1.0)  # open before the edge
+        middles = side * (np.arange(first, -first) + 0.5)
+        most = max(most, float(np.interp(edge + reach, middles, means)))
+    law = shadow_share(ratio * 5.0, 5.0, scale, open_side, samples)
+    assert most == pytest.approx(law, rel=1e-3)
 
 
 @pytest.mark.parametrize(("scale", "samples"), [(1.5, 8), (2.6875, 8), (3.3, 8), (2.6875, 16)])
@@ -65,21 +92,28 @@ def test_rays_state_what_they_leave_of_the_rim_of_a_lamp():
     assert 0.3 * stated < left < stated
 
 
-def lamp_behind_a_layer(lit: float, radius_px: float, electrons: float, scale: float = 3.0) -> tuple[float, Plan]:
-    """Error of 99.9 % of the photosites [sigma] around a lamp, far from a nearer layer and from a patch of light."""
+def lamp_behind_a_layer(
+    lit: float, radius_px: float, electrons: float, scale: float = 3.0, dark: float = 0.0, fill_factor: float = 1.0
+) -> tuple[float, Plan]:
+    """Error of 99.9 % of the photosites [sigma] around a lamp, far from a nearer layer and from a patch of light.
+
+    dark: light around the lamp, as a share of the patch's.
+    """
     shape = 16, 48
-    light = np.zeros([round(scale * side) for side in shape], np.float32)
+    light = np.full([round(scale * side) for side in shape], dark, np.float32)
     light[:16, :24] = 1.0
     row, column = len(light) // 2, 2 * len(light[0]) // 3
-    light[row, column] = lit
+    light[row, column] = dark + lit
     shot = fine_shot(light, shape, radius_px, electrons)
     scene, cover = shot.scene.load(), np.zeros_like(light)
     cover[:, :24] = 1.0
     far = Layer(scene.planes, scene.depth_m, None)
     near = replace(scene, planes=(light * cover)[..., None], depth_m=depth_of(-1.4), coverage=cover, behind=(far,))
-    found, planned = frame_radiance(replace(shot, scene=FixedScene(near)))
+    camera = replace(shot.camera, fill_factor=fill_factor)
+    shot = replace(shot, scene=FixedScene(near), camera=camera, tolerance=shot.tolerance if dark == 0.0 else 1.0)
+    found, planned = frame_radiance(shot)
     away = [np.arange(count) + 0.5 - (place + 0.5) / scale for count, place in zip(shape, (row, column), strict=True)]
-    truth = electrons * lit * square_image(radius_px, 1.0 / scale, 1.0, *away)
+    truth = electrons * (dark + lit * square_image(radius_px, 1.0 / scale, math.sqrt(fill_factor), *away))
     z = np.abs(electrons * found - truth) / np.sqrt(truth + 1.0)
     return float(np.quantile(z[:, 20:], 0.999)), planned
 
@@ -89,6 +123,14 @@ def test_a_lamp_in_the_dark_counts_in_its_noise_whatever_else_is_lit():
     found, planned = lamp_behind_a_layer(3.07e5, 0.665, 139.0)
     assert planned.optics.contrast.around_lamps == 0.0
     assert 1e3 < found <= planned.error_budget.predicted_sigma < 10.0 * found
+
+
+def test_open_areas_bring_light_of_lamps_beside_their_spots():
+    """A lamp of 4 10^6 e- before 20 e-, 2.69 pixels per photosite, which 2 x 2 samples mix, and 0.8 of a photosite open."""
+    found, planned = lamp_behind_a_layer(2e5, 5.3, 200.0, 2.6875, 0.1, 0.8)
+    assert planned.optics.contrast.around_lamps == pytest.approx(0.1)
+    spots = planned.optics.accuracy.in_sigma(spot_error(planned.optics.contrast.lamp, 0.1))
+    assert spots < found <= planned.error_budget.predicted_sigma < 10.0 * found
 
 
 def test_a_lamp_that_is_the_brightest_light_of_a_tiny_frame_is_a_lamp():

@@ -141,16 +141,19 @@ def test_even_light_or_even_coverage_has_none():
 
 
 def test_lamps_that_coarse_layers_hide_have_a_term():
-    """A bright pixel behind another layer's edge, with pixels of two photosites: as dark as before, but for its spot."""
+    """A bright pixel behind another layer's edge, with pixels of two photosites: as dark as before, but for its spot.
+
+    The lamp is not so bright that light of its spot, beside its rim, is above the noise of what is around it.
+    """
     light = np.full((12, 12), 0.5, np.float32)
     cover = np.zeros((12, 12), np.float32)
     cover[:, :6] = 1.0
     causes = []
-    for lamp in (0.5, 1e6):
+    for lamp in (0.5, 1e5):
         light[6, 4] = lamp
         far = Layer(light[..., None].copy(), float(depth_of(2.0)))
         scene = band_scene(0.3 * cover, float(depth_of(0.4)), coverage=cover, behind=(far,))
         budget = plan(Shot(scene, LENS, Exposure(0.001), small_camera(24, 24))).error_budget
         causes.append({term.cause: term.sigma for term in budget.terms})
     assert "lamps that layers hide" not in causes[0]
-    assert causes[1]["lamps that layers hide"] > 10.0 * causes[1]["edges of the spots of lamps"]
+    assert causes[1]["lamps that layers hide"] > 50.0 * causes[1]["edges of the spots of lamps"]

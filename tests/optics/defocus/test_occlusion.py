@@ -189,22 +189,25 @@ def test_a_correction_has_points_enough_past_the_end_of_a_penumbra():
     assert z.max() < planned.error_budget.predicted_sigma < 0.1
 
 
-def test_compilers_find_no_fault_with_what_layers_lack(bench, monkeypatch):
+@pytest.mark.parametrize(("kernel_name", "lean"), [("layer_covariance", 0.0), ("occlusion", 0.05)])
+def test_compilers_find_no_fault_with_what_layers_lack(bench, monkeypatch, kernel_name, lean):
     """What is added to layers that were laid over one another asks of no slab whether it is the first."""
     builds, kernel = [], Device.kernel
 
     def listening(device: Device, name: str, defines: dict[str, object], **settings: str) -> Kernel:
-        builds.extend([defines] * (name == "occlusion"))
+        builds.extend([defines] * (name == kernel_name))
         return kernel(device, name, defines, **settings)
 
     monkeypatch.setattr(Device, "kernel", listening)
-    blurred_case(uniform_layers(-5.0, 6.0))
-    defines = read_macros("occlusion.cl", builds[0])
-    assert defines["OPAQUE"] == 0 and defines["COVERAGE"] == 1
-    late = "kernel void occlusion(global float *x) { const int no = 0 && *x; if (*x > 1.0f && no) *x = 0.0f; }"
+    layers = uniform_layers(-5.0, 6.0)
+    layers.radius_px[1] += lean * np.arange(layers.radius_px.shape[-1])
+    blurred_case(layers)
+    defines = read_macros(f"{kernel_name}.cl", builds[0])
+    assert defines.get("OPAQUE", 0) == 0 and defines.get("COVERAGE", 1) == 1
+    late = f"kernel void {kernel_name}(global float *x) {{ const int no = 0 && *x; if (*x > 1.0f && no) *x = 0.0f; }}"
     told = []
-    for source in (kernel_source("occlusion.cl"), late):
+    for source in (kernel_source(f"{kernel_name}.cl"), late):
         unbuilt = f"{source}\n// {uuid.uuid4()}"  # in no cache
-        program = bench.device.build(unbuilt, "occlusion", defines).function.program
+        program = bench.device.build(unbuilt, kernel_name, defines).function.program
         told.append(program.get_build_info(program.devices[0], cl.program_build_info.LOG).strip())
     assert not told[0] and "constant operand" in told[1]

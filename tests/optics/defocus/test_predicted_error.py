@@ -19,13 +19,10 @@ from scipy.signal import fftconvolve
 
 from simulator.config.shot_file import load_shot
 from simulator.device import open_device
-from simulator.exposure.camera_motion import SteadyMotion
-from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
-from simulator.exposure.shutter import RollingShutter
 from simulator.optics.defocus.accuracy import Accuracy, grid_error, hidden_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
-from simulator.optics.defocus.lamp_laws import rim_error, spot_error
+from simulator.optics.defocus.lamp_laws import SPOT, rim_error, spot_error
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, ignored_error, predicted_error, squares_left
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.defocus.square_kernel import disk_square_weights
@@ -385,25 +382,25 @@ def test_small_circles_count_by_bends_where_photosites_do_not_read_single_pixels
 
 @pytest.mark.parametrize("radius_px", [0.45, 0.6, 0.98, 1.5, 3.0])
 def test_even_squares_leave_what_is_told_of_light_between_pixels(radius_px):
-    """Random pixels that move little, one per photosite: light is linear between them, and weighed as if each was even.
+    """Random pixels, one per photosite: light is linear between them, and weighed as if each was even.
 
-    Aside of the pixels' middles up to twice as much is left.
+    At the pixels' middles, and half a pixel aside of them.
     """
     parts, side = 24, 40
     light = np.random.default_rng(7).random((side, side)) ** 3
-    scene = band_scene(light, float(depth_of(radius_px)))
-    motion = Motion(camera=SteadyMotion(pan_deg_per_s=0.01))
-    exposure = Exposure(0.001, shutter=RollingShutter(0.01))  # rows have paths of their own, which no weights follow
-    planned = plan(Shot(scene, LENS, exposure, small_camera(side, side), motion=motion))
-    (stated,) = (term.sigma for term in planned.error_budget.terms if "points per photosite" in term.cause)
-    places = (np.arange(side * parts + 1)) / parts - 0.5
+    planned = plan(Shot(band_scene(light, float(depth_of(radius_px))), LENS, Exposure(0.001), small_camera(side, side)))
+    accuracy, contrast = planned.optics.accuracy, planned.optics.contrast
+    places = (np.arange((side + 1) * parts + 1)) / parts - 0.5
     y, x = np.meshgrid(places, places, indexing="ij")
     between = map_coordinates(light, (y, x), order=1, mode="nearest")
-    true = fftconvolve(between, disk_weights(parts * radius_px), mode="same")[parts // 2 :: parts, parts // 2 :: parts]
-    per_e = planned.optics.accuracy.electrons / np.sort(light, axis=None)[-2]
-    off = per_e * np.abs(true - convolve(light, disk_weights(radius_px), mode="nearest"))
-    found = (off / np.sqrt(per_e * true + planned.optics.accuracy.read_noise_e**2))[5:-5, 5:-5]
-    assert 0.5 * stated < 2.0 * np.quantile(found, 0.999) <= 1.05 * stated
+    true = fftconvolve(between, disk_weights(parts * radius_px), mode="same")
+    per_e, left = accuracy.electrons / np.sort(light, axis=None)[-2], []
+    for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        seen, exact = (one[parts // 2 * (1 + down) :: parts, parts // 2 * (1 + right) :: parts] for one in (between, true))
+        off = per_e * np.abs(exact - convolve(seen, disk_weights(radius_px), mode="nearest"))
+        left.append(np.quantile((off / np.sqrt(per_e * exact + accuracy.read_noise_e**2))[5:-6, 5:-6], 0.999))
+    for stated, found in ((contrast.ends, left[0]), (contrast.ends_aside, max(left))):
+        assert 0.8 * accuracy.in_sigma(stated / 12.0) < found <= 1.05 * accuracy.in_sigma(stated / 12.0)
 
 
 @pytest.mark.parametrize(("seed", "number"), [(98, 146), (203, 1)])
@@ -432,6 +429,9 @@ def test_layers_composited_before_light_between_their_pixels_have_a_term(device)
     assert planned.error_budget.is_clamped and 0.2 * term.sigma < z <= term.sigma
 
 
-def test_lamps_before_a_wall_count_in_the_noise_of_its_light():
+def test_rims_of_lamps_count_in_the_noise_of_what_is_around_them():
+    """What is around them is bright enough for `spot_error` up to 4,400 times that, but for light that any photosite sees."""
     wall, black = Accuracy(electrons=2000.0), Accuracy(electrons=1.0)
     assert rim_error(100.0, wall) == 0.0 < spot_error(100.0) < rim_error(100.0, black)
+    assert rim_error(100.0, wall, 0.02, held=SPOT) > spot_error(100.0, 0.02) > rim_error(80.0, wall, 0.02, held=SPOT) == 0.0
+    assert rim_error(80.0, wall, 0.02, beyond=0.1) == pytest.approx(8.0 * (2004.0 / 44.0) ** 0.5)

@@ -12,8 +12,16 @@ from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
-from simulator.optics.geometry.motion_cost import COST_NS, instants_cost_ms, instants_of, moving_cost_ms, sweep_cost_ms
+from simulator.optics.geometry.motion_cost import (
+    COST_NS,
+    instants_cost_ms,
+    instants_of,
+    moving_cost_ms,
+    part_work,
+    sweep_cost_ms,
+)
 from simulator.optics.lens.distortion import Distortion
+from simulator.optics.passes.blur_work import moving_work
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
@@ -67,7 +75,32 @@ def test_an_instant_takes_the_time_of_a_turned_picture():
 def test_swept_frames_and_moving_points_grow_with_the_photosites():
     small, large = (sweep_cost_ms("sweep", count) for count in (1e4, 1e8))
     assert large - small == pytest.approx(1e-6 * COST_NS["sweep"] * (1e8 - 1e4))
-    assert moving_cost_ms(10**6, 2) - moving_cost_ms(10**6, 1) == pytest.approx(COST_NS["moving points"])
+    assert moving_cost_ms(2e6, 0.0) - moving_cost_ms(1e6, 0.0) == pytest.approx(COST_NS["moving points"])
+    assert moving_cost_ms(0.0, 2e6) - moving_cost_ms(0.0, 1e6) == pytest.approx(COST_NS["moving tables"])
+
+
+def test_points_of_few_lines_take_the_time_of_their_tables():
+    """Under a rolling shutter a cell of points has few lines, and the host makes as many more tables."""
+
+    def work_of(**settings):
+        slope_m = np.linspace(1.6, 2.4, 64)[None, :].repeat(48, axis=0).astype(np.float32)
+        scene = band_scene(np.random.default_rng(1).random((48, 64)), slope_m)
+        motion = Motion(camera=SteadyMotion(right_m_per_s=1.0))
+        exposure = Exposure(0.01, **settings)
+        optics = plan(Shot(scene, LENS, exposure, small_camera(64, 48), motion=motion)).optics
+        assert optics.motion is not None and optics.motion.method == "joint"
+        return moving_work(optics)
+
+    (samples, points, tables), (_, _, rolling_tables) = work_of(), work_of(shutter=RollingShutter(0.1))
+    assert rolling_tables > 4.0 * tables > 0.0
+    assert points > 48 * 64 and samples["bilinear samples"] > 48 * 64
+
+
+def test_samples_of_a_photosite_take_their_own_parts():
+    """A sweep before a blur reads the parts of a sample, not those of its whole photosite."""
+    scene, lens = band_scene(np.ones((48, 64))), dataclasses.replace(LENS, distortion=Distortion(-0.05, unit="half_diagonal"))
+    projection = plan(Shot(scene, lens, Exposure(0.001), small_camera(64, 48))).optics.projection
+    assert part_work(projection) == pytest.approx(16.0 * part_work(projection, 4))
 
 
 def test_tilted_photosites_take_the_time_of_their_parts():

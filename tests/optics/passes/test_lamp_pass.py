@@ -95,7 +95,7 @@ def test_a_scene_full_of_lamps_has_kernels_of_squares():
     planes[:, SIDE // 8 :] = 0.0
     planned = planned_shot(planes, lens(8.0, diffraction=True), green_camera(SIDE, SIDE))
     scene, through = planned.optics.scene, lens(8.0, diffraction=True)
-    optics = plan_optics(scene, through, planned.sensor, planned.optics.tolerance, draws_lamps=False)
+    optics = plan_optics(scene, through, planned.sensor, planned.optics.tolerance, is_at_rest=False)
     undrawn = measure(dataclasses.replace(planned, optics=optics), open_device())
     assert worst_sigma(electrons_of(undrawn), truth_of(planned, planes)) < planned.optics.tolerance
 
@@ -104,7 +104,7 @@ def test_lamps_that_are_not_drawn_state_their_error():
     """Between photosites, where samples of light mix pixels."""
     planes, through = lamps(per_photosite=1.375), lens(8.0, diffraction=True)
     planned = planned_shot(planes, through, green_camera(SIDE, SIDE))
-    optics = plan_optics(planned.optics.scene, through, planned.sensor, planned.optics.tolerance, draws_lamps=False)
+    optics = plan_optics(planned.optics.scene, through, planned.sensor, planned.optics.tolerance, is_at_rest=False)
     budget = error_budget(optics)
     stated = next(term.sigma for term in budget.terms if "lamps" in term.cause)
     undrawn = measure(dataclasses.replace(planned, optics=optics), open_device())

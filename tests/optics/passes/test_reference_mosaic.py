@@ -1,5 +1,6 @@
 """The reference blur of layers whose pixels no grid of samples divides, and of scenes of fewer pixels than photosites."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.stats import qmc
 from simulator import load_shot, simulate
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.passes.reference_mosaic import light_limit
 from simulator.pipeline.shot import Shot
 
 
@@ -59,3 +61,17 @@ def test_blurred_photosites_of_a_coarse_scene_are_means_over_their_area(toleranc
     light = simulate(shot).mean_electrons.astype(float)
     even = simulate(replace(shot, scene=band_scene(np.ones((14, 21)), depth_m))).mean_electrons.astype(float)
     assert np.abs(light / even - truth).max() < most
+
+
+def test_lights_before_black_are_small_lights_in_the_colours_that_they_have():
+    """The mean of such a scene is 0, and a colour without light has no light to compare with."""
+    light = np.zeros((64, 64), np.float32)
+    light[5, 7] = 3.0
+    scene = band_scene(light, 2.0).load()
+    weights = np.ones((scene.planes.shape[2], 2), np.float32) * np.array([1.0, 0.0], np.float32)
+    with warnings.catch_warnings(action="error"):
+        found = light_limit(scene, weights)
+    assert found is not None
+    limit, kept = found
+    assert 0.0 < limit[0] < 1e-3 * light.max() and limit[1] == 0.0
+    assert (kept < limit + 1e-30).all() and np.isfinite(kept).all()

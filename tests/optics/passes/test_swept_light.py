@@ -14,8 +14,12 @@ from simulator.exposure.camera_motion import Poses, SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
+from simulator.optics.geometry.instants import instants_error
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.swept_light import sweep_light
+from simulator.pipeline.error_budget import error_budget
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
@@ -155,8 +159,10 @@ def test_lines_at_their_own_times_are_wrong_by_less_than_their_law(lens):
     motion = planned.optics.motion
     error = motion.blur.skew_error(motion.path.skew, motion.length.longest_px)
     assert motion.method == "swept_first" and motion.blur.followed is None and 0.0 < error
-    truth = moving_light(as_instants(planned, 3 * motion.count))
-    assert np.abs(moving_light(planned) - truth).max() < 0.95 * motion.error + 1e-4
+    finer = replace(motion, method="instants", even_count=3 * motion.even_count)  # which all lines share
+    truth = moving_light(replace(planned, optics=replace(planned.optics, motion=finer)))
+    of_truth = instants_error(finer.even_count, motion.length, motion.blur.contrast)
+    assert np.abs(moving_light(planned) - truth).max() < 0.95 * error + of_truth + 1e-4
     swinging = Motion(camera=Swing())
     uneven = plan_moving(shot_of(lens, swinging, tolerance=0.05), rolling(HEIGHT, TIME_S, 1e-3)).optics.motion
     assert uneven.method == "instants" and "swept first it would be wrong by" in uneven.reason
@@ -191,7 +197,8 @@ def test_rows_of_an_even_path_are_seen_through_the_blur_at_their_own_times(lens,
         np.abs(z_scores(planned, moving_light(replace(planned, optics=replace(planned.optics, motion=one)))[rows], truth))
         for one in (motion, upright)
     )
-    assert z.max() < planned.optics.accuracy.in_sigma(motion.error) and np.quantile(z, 0.99) < 0.5 * np.quantile(without, 0.99)
+    told = error_budget(planned.optics).predicted_sigma + 0.02  # points of the disk and of time leave 0.02 of the truth
+    assert np.quantile(z, 0.999) < told and np.quantile(z, 0.99) < 0.5 * np.quantile(without, 0.99)
 
 
 @pytest.mark.parametrize("lens", [BLURRED, DIFFRACTED], ids=["defocus", "diffraction"])
@@ -303,3 +310,13 @@ def test_lamps_of_a_fine_scene_that_moves_reach_no_photosite_that_they_do_not_pa
     light = moving_light(planned)
     # A pixel in the upper half of its photosite moves along the row: nothing is seen below it.
     assert light[30].max() > 100.0 and light[31].max() < 1e-3 and light[16].max() < 1e-3
+
+
+@pytest.mark.parametrize("scale", [1, 2])
+def test_frames_of_one_plan_share_the_tiles_of_the_blur(scale, device):
+    """They were chosen three times for each: 6 of the 12 ms of processor time of the host."""
+    picture = np.kron(squares(WIDTH, HEIGHT), np.ones((scale, scale)))
+    optics = plan_moving(shot_of(BLURRED, across((scale * 10.0, scale * 3.25)), picture)).optics
+    planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, None) for layer in optics.scene.layers]
+    first, second = (sweep_light(optics, device, planes)[1] for _ in range(2))
+    assert first is not None and second is not None and first.chosen is second.chosen

@@ -86,7 +86,7 @@ def test_a_lens_in_focus_samples_coarse_light_as_finely_as_its_bends_ask():
     planned = plan(Shot(band_scene(pixels, 2.0), lens, Exposure(0.0003), small_camera(44, 44)))
     psf = planned.optics.psf
     assert psf.over == 1 and psf.footprint is not None and psf.core is not None and not planned.error_budget.is_clamped
-    moving = plan_optics(planned.optics.scene, lens, planned.sensor, 0.1, draws_lamps=False).psf
+    moving = plan_optics(planned.optics.scene, lens, planned.sensor, 0.1, is_at_rest=False).psf
     assert moving.over > 1 and moving.footprint is None  # light that is swept first has samples of its own
 
 

@@ -80,6 +80,18 @@ def test_the_error_behind_a_blur_is_predicted(radius_px, spots_px):
     assert np.quantile(sigma, 0.99) <= budget.predicted_sigma
 
 
+def test_bright_parts_behind_a_blur_have_the_kernel_of_the_rest():
+    """A twelfth of the scene is bright: kernels without ringing for what is above a limit left 3.5 sigma."""
+    bright = np.kron(np.random.default_rng(3).random((20, 27)) < 0.08, np.ones((3, 3)))[: 2 * SHAPE[0], : 2 * SHAPE[1]]
+    pixels, radius_px, spots_px = 0.05 + 0.95 * bright, 1.0, 0.757
+    shot = fine_shot(pixels, SHAPE, radius_px, 2000.0, lens=LENS)
+    shot = dataclasses.replace(shot, camera=dataclasses.replace(shot.camera, low_pass_um=5.0 * spots_px))
+    found, _ = frame_radiance(shot)
+    truth, inner = through_filter(pixels, SHAPE, spots_px, 1.0, radius_px), (slice(8, -8), slice(8, -8))
+    sigma = np.abs(found - truth)[inner] * math.sqrt(2000.0) / np.sqrt(truth[inner])
+    assert np.quantile(sigma, 0.999) < 0.8
+
+
 def test_rays_start_where_the_filter_and_the_open_area_let_them():
     """Two pixels per photosite behind a blur: photosites were off by up to 4 sigma with a kernel after the blur."""
     radius_px, spots_px, fill_factor, electrons = 0.5, 0.6, 0.64, 200.0

@@ -1,0 +1,59 @@
+// Covariance over the aperture of two layers at rest, each of one blur radius around a block. `light` holds the exact mean of each layer over the
+// aperture, composited (defocus.cl). The nearer layer's coverage c and the light L behind it vary together from point to point, so that
+//   mean((1 - c) L) = (1 - mean(c)) mean(L) - (mean(c L) - mean(c) mean(L))
+// of which the last bracket is subtracted here: occlusion.cl with CORRECTION 1, whose light of the nearer layer cancels, with sums in registers.
+//
+// planes, light, blocks, slabs, points: as in occlusion.cl; each block has two slabs of constant radius, that of the nearer layer first.
+#include "conventions.h"
+#include "agreement.h"
+#include "block_view.h"
+#include "interleaved_columns.h"
+#include "layer_pair.h"
+#include "mosaic_colors.h"
+#include "row_band.h"
+
+// Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites.
+kernel void layer_covariance(global const float *restrict planes, global float *restrict light, global const uint *restrict blocks,
+                             global const float *restrict slabs, global const float *restrict points, const struct sampling sampling,
+                             const struct row_band band) {
+    global const uint *block = blocks + BLOCK * get_global_id(2);
+    global const float *near = slabs + 6 * block[2], *far = near + 6, *first_point = points + POINT * (size_t)block[4];
+    const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, next = 2 * OVER * set_columns;
+    const uint top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
+    const long start = OVER * (long)top * set_columns + (long)(block[0] + get_global_id(0) * SPAN); // of the first photosite in its column set
+    global const float *coverage = planes + ((long)near[0] * (CHANNELS + 1) + CHANNELS) * COLUMN_SETS * plane + start;
+    global const float *before[PLANES], *behind[PLANES]; // light of both layers
+    for (uint i = 0; i < PLANES; i++) {
+        const uint place = 2u * (((uint)band.frame_y + top + i / 2) & 1u) + ((i + (uint)band.frame_x) & 1u); // in the filter's pattern
+        const long colour = COLORS > 1 ? sampling.first_color + i : (sampling.cfa >> 8u * place) & 255u;
+        before[i] = planes + ((long)near[0] * (CHANNELS + 1) + colour) * COLUMN_SETS * plane + start;
+        behind[i] = planes + ((long)far[0] * (CHANNELS + 1) + colour) * COLUMN_SETS * plane + start;
+    }
+    float cover[ALL], sum[COLORS * ALL], both[COLORS * ALL], sharp[COLORS * ALL], own[COLORS * ALL], kept[COLORS * ALL];
+    const struct pair_sums sums = {cover, sum, both};
+    local float parts[WORKERS]; // of a sum over the block
+    for (uint m = 0; m < COLORS * ALL; m++) {
+        const uint set = m % ALL / SIZE, i = m % SIZE;
+        const long element = set % 2 * OVER * plane + OVER * (long)(set / 2) * set_columns + i / SPAN * next + i % SPAN;
+        cover[m % ALL] = sum[m] = both[m] = kept[m] = 0.0f;
+        sharp[m] = behind[of_color(m / ALL, set)][element];
+        own[m] = before[of_color(m / ALL, set)][element];
+    }
+    uint agreed = 0;
+    for (uint n = 0, end = sampling.least; n < sampling.point_count && agreed + 1u != 1u << COLORS; n = end, end *= 2u) {
+        for (uint j = 0; j < ROWS; j++) add_points(sums, sharp, coverage, behind, j, first_point + POINT * n, first_point + POINT * end, block, near[2], far[2], band);
+        if (end == sampling.point_count) continue;
+        for (uint c = 0; c < COLORS; c++) { // `kept` is what a colour found whose rays agree, whatever rays others take
+            if (agreed >> c & 1u) continue;
+            const float off = sum_over_block(disagreement(sums, c, sharp, own, kept, end, sampling), parts);
+            if (end > sampling.least && off <= (float)(WORKERS * ALL)) agreed |= 1u << c;
+        }
+    }
+    for (uint m = 0; m < COLORS * ALL; m++) {
+        const uint c = m / ALL, set = m % ALL / SIZE, i = m % SIZE;
+        const uint x = (uint)(2 * (block[0] + get_global_id(0) * SPAN + i % SPAN) + set % 2) + (uint)band.frame_x, y = (uint)band.frame_y + top + set / 2 + 2 * (i / SPAN); // wrap
+        if (x >= band.width || y >= band.height) continue;
+        const float found = agreed >> c & 1u ? kept[m] : covariance(sums, c, m % ALL, (float)sampling.point_count);
+        set_light(light + mosaic_element(c, x, y, band), 1, -found);
+    }
+}
