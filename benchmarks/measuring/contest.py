@@ -9,7 +9,7 @@ import numpy as np
 
 from measuring.record import OURS
 
-TURN_S = 0.25  # fast contestants repeat within a turn until it has lasted this long
+TURN_S = 0.15  # fast contestants repeat within a turn until it has lasted this long
 LONG_S = 6.0  # processor time of a first run from which on a contestant runs no more often than it must
 
 

@@ -51,6 +51,6 @@ class Run:
     def turns(self, what: str, runs: dict[str, Callable[[], object]]) -> dict[str, dict[str, float]]:
         """`turns` with a bar."""
         task = self.progress.add_task(f"  {what}", total=self.rounds * len(runs))
-        found = turns(runs, self.rounds, lambda: self.progress.advance(task), self.pick(0.02, 0.1, 0.1), long_s=LONG_S)
+        found = turns(runs, self.rounds, lambda: self.progress.advance(task), self.pick(0.02, 0.06, 0.1), long_s=LONG_S)
         self.progress.remove_task(task)
         return found

@@ -88,7 +88,15 @@ def closed_form(inputs: Inputs) -> Case:
         return of_squares(penumbra(near, number(inputs, "slope"), 2))
     if inputs["kind"] == "stripes":
         return of_upright_squares(stripes(near, near + abs(far) + 0.5, number(inputs, "period_px"), 2))
-    return uniform_layers(near, near + abs(far) + 0.5, 2)
+    layers = uniform_layers(near, near + abs(far) + 0.5, 2)
+    return replace(layers, radius_px=leaning(layers.radius_px, LEAN * number(inputs, "slope")))
+
+
+def leaning(radius_px: np.ndarray, lean: float) -> np.ndarray:
+    """Return the radii of layers (layers, rows, columns), of which the last grows by so much from column to column."""
+    grown = radius_px.copy()
+    grown[-1] += lean * np.arange(radius_px.shape[-1])
+    return grown
 
 
 def outcome_of(case: Case, electrons: float, hidden: str = "none", columns: slice = slice(None)) -> Outcome:
@@ -211,6 +219,7 @@ def run_lens_deep(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(found, np.full(count, fog + (1.0 - alpha) * wall))
 
 
+LEAN = 0.05  # growth of the radius of a wall, from sample to sample [photosites], whose even light does not show it
 SURFACES: dict[str, Domain] = {
     "kind": Choice(("penumbra", "stripes", "layers")),
     "near_px": Real(-14.0, -1.5, switches=(-2.0, -4.0, -8.0)),  # samples of half a photosite hold no smaller penumbra
@@ -275,7 +284,7 @@ CASES = (
         PROMISED,
         keeps=True,
     ),
-    StressCase("occlusion", ("occlusion",), SURFACES, run_occlusion, PROMISED, keeps=True),
+    StressCase("occlusion", ("occlusion", "layer_covariance"), SURFACES, run_occlusion, PROMISED, keeps=True),
     StressCase(
         "highlights",
         ("highlights_take", "highlights_spread"),
