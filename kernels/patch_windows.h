@@ -10,13 +10,13 @@ struct patch_window {
 };
 
 // Whether a sample of the window may lie in a slab of these radii that belongs to a class: the classes from the one before it to the
-// next have its radii. number: of the class; negative: a layer of constant radius. beside: how far aside of the slab its samples may lie, too,
-// up to 20 [slabs]; width: of the slab.
-INLINE int is_met(global const struct patch_window *window, const int number, const float beside, const float width, const float least, const float most) {
+// next have its radii, or, where `own`, from its own one on. number: of the class; negative: a layer of constant radius. beside: how far aside
+// of the slab its samples may lie, too, up to 20 [slabs]; width: of the slab.
+INLINE int is_met(global const struct patch_window *window, const int number, const int own, const float beside, const float width, const float least, const float most) {
     const ulong held = (ulong)window->far << 32 | window->near;
     if (number < 0) return held != 0;
     const int more = (int)(beside + 0.999f), first = number - 1 - more;
-    const ulong classes = ((ulong)1 << (3 + 2 * more)) - 1; // as many bits
+    const ulong classes = ((ulong)1 << (3 + 2 * more)) - (own ? 2 : 1); // as many bits
     return (held & (first < 0 ? classes >> -first : classes << first)) != 0 && window->greatest >= least - beside * width && window->least < most + beside * width;
 }
 

@@ -11,12 +11,11 @@ from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
     CLASS_UNIT_PX,
-    PATCH_COLUMNS,
-    PATCH_ROWS,
     Defocus,
 )
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 
+PATCH_COLUMNS, PATCH_ROWS = 8, 4  # the least whose windows cost less than the slabs that larger ones hold in vain
 # A window holds a block, and the samples to the right of it and below, wherever it begins in a patch.
 WINDOW_ROWS, WINDOW_COLUMNS = BLOCK_ROWS // PATCH_ROWS + 1, BLOCK_COLUMNS // PATCH_COLUMNS + 1  # patches
 TURNED_PX = math.ceil(math.hypot(BLOCK_COLUMNS, BLOCK_ROWS)) + 4  # side of what a block sees that turns
