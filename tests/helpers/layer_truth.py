@@ -1,7 +1,7 @@
 """Layers that move apart, at many instants in float64: means over photosites that are composited, and what photosites see."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,8 +11,11 @@ from simulator.scene.scene import Scene
 Way = tuple[float, float] | None
 
 
-def mean_along(plane: np.ndarray, begins: np.ndarray, side: float, is_smooth: bool) -> np.ndarray:
-    """Means of each row over [begin, begin + side), of even squares or of light that is linear between their middles."""
+def means_along(plane: np.ndarray, is_smooth: bool) -> Callable[[np.ndarray, float], np.ndarray]:
+    """Return a function that gives, for begins and a side, means of each row over [begin, begin + side).
+
+    is_smooth: of light that is linear between the middles of squares, else of even squares.
+    """
     width = plane.shape[1]
     if is_smooth:  # its integral is a parabola between the middles
         knots, wide = np.arange(-1.0, width + 1.0) + 0.5, np.pad(plane, ((0, 0), (1, 1)), "edge")
@@ -31,7 +34,7 @@ def mean_along(plane: np.ndarray, begins: np.ndarray, side: float, is_smooth: bo
         end = np.where(places < knots[0], sums[:, :1], sums[:, -1:])
         return np.where((places < knots[0]) | (places > knots[-1]), end + beyond * outside, inside)
 
-    return (integral(begins + side) - integral(begins)) / side
+    return lambda begins, side: (integral(begins + side) - integral(begins)) / side
 
 
 def dense_layers(
@@ -46,24 +49,24 @@ def dense_layers(
     rows_there = len(opens)
     planes = [scene.planes[..., 0], scene.coverage, scene.behind[0].planes[..., 0]]
     scale, total = projection.scale, np.zeros((rows_there, columns))
-    common = bool(np.all(opens == opens[0]))
+    common, is_smooth = bool(np.all(opens == opens[0])), scale < 1.0
+    down_columns = [means_along(np.asarray(plane, np.float64).T, is_smooth) for plane in planes]
 
-    def read(plane: np.ndarray, way_px, share: float) -> np.ndarray:
+    def read(number: int, way_px, share: float) -> np.ndarray:
         across, down = way_px or (0.0, 0.0)
         found = np.empty((rows_there, columns))
         for rows in [slice(0, rows_there)] if common else [slice(row, row + 1) for row in range(rows_there)]:
             come = opens[rows][0] + share
             x = projection.offset_x + scale * np.arange(columns) - come * across
             y = projection.offset_y + scale * np.arange(rows_there)[rows] - come * down
-            along = mean_along(np.asarray(plane, np.float64), x, scale, scale < 1.0)
-            found[rows] = mean_along(along.T, y, scale, scale < 1.0).T
+            found[rows] = means_along(down_columns[number](y, scale).T, is_smooth)(x, scale)
         return found
 
     borders = np.linspace(0.0, 1.0, instants + 1) if isinstance(instants, int) else instants
     for begin, end in itertools.pairwise(borders.tolist()):
         share = 0.5 * (begin + end)
-        front = read(planes[0], ways_px[0], share)
-        seen = front + (1.0 - read(planes[1], ways_px[0], share)) * read(planes[2], ways_px[1], share)
+        front = read(0, ways_px[0], share)
+        seen = front + (1.0 - read(1, ways_px[0], share)) * read(2, ways_px[1], share)
         total += (end - begin) * seen
     return total
 

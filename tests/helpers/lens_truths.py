@@ -8,7 +8,7 @@ Nothing here is read from pixels: the truths come from closed forms, or from qua
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from scipy.special import j1
@@ -60,9 +60,10 @@ def makers(oversampling: int = 1, squares: bool = False) -> list[partial[Case]]:
     ]
 
 
-def cases(oversampling: int = 1, squares: bool = False) -> list[Case]:
-    """The scenes of `makers`."""
-    return [make() for make in makers(oversampling, squares)]
+@cache
+def cases(oversampling: int = 1, squares: bool = False) -> tuple[Case, ...]:
+    """The scenes of `makers`, made once: tests share them and change none."""
+    return tuple(make() for make in makers(oversampling, squares))
 
 
 def sinusoid(radius: float, period_px: float, oversampling: int = 1, squares: bool = False) -> Case:

@@ -61,7 +61,7 @@ def image_distance_px(pixel_pitch_um: float = 5.0) -> float:
 
 
 def dense_turned_picture(
-    case: Case, angles_rad: Callable[[np.ndarray], np.ndarray], line_s: float = 0.0, samples: int = 1 << 12
+    case: Case, angles_rad: Callable[[np.ndarray], np.ndarray], line_s: float = 0.0, samples: int = 1 << 11
 ) -> np.ndarray:
     """Picture of flat layers that turn about the middle of the scene, of the shape of the case's truth, as `dense_picture`.
 
@@ -90,7 +90,7 @@ def dense_turned_picture(
     return total / samples
 
 
-def dense_picture(case: Case, shifts_px: Callable[[float], np.ndarray], samples: int = 1 << 14) -> np.ndarray:
+def dense_picture(case: Case, shifts_px: Callable[[float], np.ndarray], samples: int = 1 << 13) -> np.ndarray:
     """Picture of flat layers, of the shape of the case's truth, by bilinear reads along rays through `samples` points.
 
     shifts_px: (layers, 2), x and y, of the place seen at rest at this share of the time. Points of aperture and time

@@ -92,7 +92,7 @@ def test_linear_steps_and_whole_numbers(tmp_path):
         ({"lens.f_number": {"from": "f/1", "to": "f/2", "steps": 1}}, "steps = 1"),
         ({"lens.f_number": {"from": "f/1", "to": "f/2", "step": 1}}, "did you mean `steps`?"),
         ({"lens.fnumber": ["f/1"]}, "did you mean `f_number`?"),
-        ({"lens.f_number": ["f/1"] * 900 + ["f/x"]}, "lens.f_number = f/x"),
+        ({"lens.f_number": ["f/1"] * 200 + ["f/x"]}, "lens.f_number = f/x"),
     ],
 )
 def test_a_mistake_anywhere_is_found_before_the_first_point_runs(tmp_path, vary, message):

@@ -1,7 +1,7 @@
 """Tests call production functions: none imports another test, reads a clock, or replaces or uses what is private."""
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import pytest
@@ -35,7 +35,7 @@ def read_clocks(tree: ast.AST) -> Iterator[str]:
         if alias.name in CLOCKS
     }
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in imported | {f"time.{name}" for name in CLOCKS}:
+        if is_call_of(node, imported | CLOCKS) and ast.unparse(node.func) in imported | {f"time.{name}" for name in CLOCKS}:
             yield ast.unparse(node)
 
 
@@ -69,9 +69,10 @@ def patched_mappings(node: ast.AST) -> list[str]:
     return [ast.unparse(node.args[0])] if is_call_of(node, ("setitem", "delitem")) and node.args else []
 
 
-def is_call_of(node: ast.AST, names: tuple[str, ...]) -> bool:
+def is_call_of(node: ast.AST, names: Collection[str]) -> bool:
     """Whether a node calls a function or method of one of these names."""
-    return isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in names
+    called = node.func if isinstance(node, ast.Call) else None
+    return isinstance(called, ast.Name) and called.id in names or isinstance(called, ast.Attribute) and called.attr in names
 
 
 def is_private(name: str) -> bool:

@@ -117,9 +117,12 @@ def test_a_large_image_needs_few_taps():
     assert taps[1] < 2.2 * taps[0] and taps[2] < 2.2 * taps[1]
 
 
-@pytest.mark.parametrize("slope", [(0.0, 0.02), (0.05, 0.11), (-0.1, 0.05), (0.1, 0.173)])
+@pytest.mark.parametrize("slope", [(0.0, 0.02), (-0.1, 0.05), (0.1, 0.173)])
 def test_a_tilted_plane_is_met(slope):
-    """Its closed form to a tenth of the noise of 2000 e-, where a photosite's own radius alone leaves up to 0.7."""
+    """Its closed form to a tenth of the noise of 2000 e-, where a photosite's own radius alone leaves up to 0.7.
+
+    `test_closed_forms_are_met` has another slope.
+    """
     case = slanted_plane(slope, 4)
     assert statistics(z_scores(blurred_case(case), case.truth, 2000.0)).p99_9 < 0.1
 

@@ -52,13 +52,15 @@ def worst(case, electrons: float, tolerance: float = 0.1) -> float:
     return statistics(z_scores(blurred_case(case, electrons, tolerance), case.truth, electrons)).p99_9
 
 
-@pytest.mark.parametrize("electrons", [2000.0, 20000.0])
-def test_a_tenth_of_the_noise_is_kept(electrons):
-    """On every closed form but the lights of one pixel: a scene of even squares holds no points."""
+def test_a_tenth_of_the_noise_is_kept_in_bright_light():
+    """On every closed form but the lights of one pixel: a scene of even squares holds no points.
+
+    `test_closed_forms_are_met` has them at 2000 e-.
+    """
     missed = {}
     for case in cases(4, squares=True):
         if not case.name.startswith(LIGHTS):
-            missed[case.name] = worst(case, electrons)
+            missed[case.name] = worst(case, 20000.0)
     assert len(missed) > 10 and max(missed.values()) <= 0.1, missed
 
 

@@ -61,7 +61,7 @@ def sigmas(planned: Plan, found: np.ndarray, truth: np.ndarray) -> np.ndarray:
     return per_light * np.abs(found - truth) / np.sqrt(per_light * truth + accuracy.read_noise_e**2)
 
 
-SCALED = [(scale, layers) for scale in (1.0, 1.3, 2.0, 4.0) for layers in (2, 3)] + [(1.5, 4)]
+SCALED = [(1.0, 3), (1.3, 2), (1.5, 4), (2.0, 3), (4.0, 2)]  # each scale and each number of layers
 
 
 @pytest.mark.parametrize(("scale", "layers"), SCALED)

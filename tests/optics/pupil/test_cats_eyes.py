@@ -202,7 +202,7 @@ def test_the_reference_path_sees_the_same_cats_eyes(bench, radii):
     part = slice(frame.y - margin, frame.y + 80 + margin), slice(frame.x - margin, frame.x + 96 + margin)
     colour, coverage = colour[:, *part], coverage[:, *part]
     radius = np.array(radii)[:, None, None] * np.ones(coverage.shape)
-    points = ray_samples(8192)
+    points = ray_samples(4096)
     points[..., :2] = 0.5  # both read one value per photosite
     surfaces = upload_surfaces(bench.device, colour[:, None], coverage, radius, margin)
     settings = {"cells": len(radii) == 1}

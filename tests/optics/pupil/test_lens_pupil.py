@@ -85,7 +85,7 @@ def test_points_are_more_even_than_chance(pupil):
     """Counts in parts of known area: chi-square far below that of random points, and no part is off by much."""
     field, count = (0.25, 0.2), 4096
     points = pupil.points(count, field)
-    axis = (np.arange(-1600, 1600) + 0.5) / 1000
+    axis = (np.arange(-800, 800) + 0.5) / 500
     grid = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
     grid = grid[pupil.contains(grid, field)]
 
