@@ -32,16 +32,18 @@ kernel void layer_covariance(global const float *restrict planes, global float *
     float cover[ALL], sum[COLORS * ALL], both[COLORS * ALL], sharp[COLORS * ALL], own[COLORS * ALL], kept[COLORS * ALL];
     const struct pair_sums sums = {cover, sum, both};
     local float parts[WORKERS]; // of a sum over the block
-    for (uint m = 0; m < COLORS * ALL; m++) {
-        const uint set = m % ALL / SIZE, i = m % SIZE;
-        const long element = set % 2 * OVER * plane + OVER * (long)(set / 2) * set_columns + i / SPAN * next + i % SPAN;
-        cover[m % ALL] = sum[m] = both[m] = kept[m] = 0.0f;
-        sharp[m] = behind[of_color(m / ALL, set)][element];
-        own[m] = before[of_color(m / ALL, set)][element];
+    for (uint part = 0; part < COLORS * ROWS * SETS; part++) { // spans of a set
+        const uint set = part % SETS, first = part * SPAN;
+        const long element = set % 2 * OVER * plane + OVER * (long)(set / 2) * set_columns + part / SETS % ROWS * next;
+        for (uint i = 0; i < SPAN; i++) {
+            cover[(first + i) % ALL] = sum[first + i] = both[first + i] = kept[first + i] = 0.0f;
+            sharp[first + i] = behind[of_color(first / ALL, set)][element + i];
+            own[first + i] = before[of_color(first / ALL, set)][element + i];
+        }
     }
     uint agreed = 0;
     for (uint n = 0, end = sampling.least; n < sampling.point_count && agreed + 1u != 1u << COLORS; n = end, end *= 2u) {
-        for (uint j = 0; j < ROWS; j++) add_points(sums, sharp, coverage, behind, j, first_point + POINT * n, first_point + POINT * end, block, near[2], far[2], band);
+        for (; n < end; n += BATCH_POINTS) add_points(sums, sharp, coverage, behind, first_point + POINT * n, block, near[2], far[2], band);
         if (end == sampling.point_count) continue;
         for (uint c = 0; c < COLORS; c++) { // `kept` is what a colour found whose rays agree, whatever rays others take
             if (agreed >> c & 1u) continue;
@@ -49,11 +51,15 @@ kernel void layer_covariance(global const float *restrict planes, global float *
             if (end > sampling.least && off <= (float)(WORKERS * ALL)) agreed |= 1u << c;
         }
     }
-    for (uint m = 0; m < COLORS * ALL; m++) {
-        const uint c = m / ALL, set = m % ALL / SIZE, i = m % SIZE;
-        const uint x = (uint)(2 * (block[0] + get_global_id(0) * SPAN + i % SPAN) + set % 2) + (uint)band.frame_x, y = (uint)band.frame_y + top + set / 2 + 2 * (i / SPAN); // wrap
-        if (x >= band.width || y >= band.height) continue;
-        const float found = agreed >> c & 1u ? kept[m] : covariance(sums, c, m % ALL, (float)sampling.point_count);
-        set_light(light + mosaic_element(c, x, y, band), 1, -found);
+    for (uint part = 0; part < COLORS * ROWS * SETS; part++) {
+        const uint c = part / (ROWS * SETS), set = part % SETS, first = part * SPAN;
+        const uint x = 2 * (block[0] + (uint)get_global_id(0) * SPAN) + set % 2 + (uint)band.frame_x; // wraps left of the frame
+        const uint y = (uint)band.frame_y + top + set / 2 + 2 * (part / SETS % ROWS);               // wraps above it
+        if (y >= band.height) continue;
+        global float *to = light + mosaic_element(c, 0, y, band);
+        for (uint i = 0; i < SPAN; i++) {
+            const float found = agreed >> c & 1u ? kept[first + i] : covariance(sums, c, (first + i) % ALL, (float)sampling.point_count);
+            if (x + 2 * i < band.width) set_light(to + x + 2 * i, 1, -found);
+        }
     }
 }
