@@ -300,10 +300,11 @@ class RowBand:
         points = np.where(
             corrected, correction_count(points, self.samples_per_axis, self.defocus), most_samples(largest, self.defocus)
         )
-        self.windows.measure(self.sampled, self.radius, self._row_band(rows), self._sample_rows(rows))
         down, right = np.nonzero(sampled)
         corners, shares = self.tables.around_blocks(rows.tiles.start * ROWS_IN_TILE + down, right)
         of_pairs = corrected & slabs.are_pairs(sampled)
+        if not of_pairs.all():
+            self.windows.measure(self.sampled, self.radius, self._row_band(rows), self._sample_rows(rows))
         kinds = np.stack([points, corrected, corners[:, 0] >= 0, of_pairs])
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
