@@ -6,6 +6,7 @@ The nanoseconds are processor time of all cores over two, of the reference machi
 from simulator.optics.geometry.projection import Projection
 
 COST_NS = {
+    "copied samples": 0.25,  # for each sample that is a pixel of the scene
     "separable samples": 0.7,  # for each sample of a scene much coarser than its samples, read across and then down
     "bilinear samples": 2.0,  # for each part of a sample of another scene that is not finer than the photosites
     "distorted samples": 10.0,  # more for each sample whose place distortion moves
@@ -21,6 +22,8 @@ def projection_work(projection: Projection, over: int, samples: float) -> dict[s
     """Return the work of so many samples of all planes, counts by key of COST_NS; `over` samples per photosite and axis."""
     parts = projection.parts_per_axis(over)
     taps = projection.taps(1.0 / over / parts)
+    if projection.copies_pixels(over):
+        return {"copied samples": samples}
     if projection.is_separable(over):
         return {"separable samples": samples}
     moved = {"distorted samples": samples} if projection.warp is not None else {}

@@ -93,7 +93,7 @@ def test_points_of_few_lines_take_the_time_of_their_tables():
 
     (samples, points, tables), (_, _, rolling_tables) = work_of(), work_of(shutter=RollingShutter(0.1))
     assert rolling_tables > 4.0 * tables > 0.0
-    assert points > 48 * 64 and samples["bilinear samples"] > 48 * 64
+    assert points > 48 * 64 and samples["copied samples"] > 48 * 64
 
 
 def test_samples_of_a_photosite_take_their_own_parts():

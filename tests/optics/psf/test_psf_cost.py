@@ -46,7 +46,7 @@ def test_a_small_frame_costs_its_bands_with_their_margins():
     optics = optics_of(DIFFRACTING)
     assert optics.psf is not None
     work = gathered_work(optics, optics.psf)
-    assert work["bilinear samples"] >= 3 * 384 * 288 and work["light"] == 2 * 16 * 128
+    assert work["copied samples"] >= 3 * 384 * 288 and work["light"] == 2 * 16 * 128
 
 
 def test_one_kernel_of_all_distances_gathers_the_projected_scene():
@@ -56,8 +56,8 @@ def test_one_kernel_of_all_distances_gathers_the_projected_scene():
     blur = plan(Shot(band_scene(np.ones((24, 32)), 1.6), LENS, Exposure(0.01), small_camera(32, 24, "RGGB"))).optics.defocus
     after, instead = (dataclasses.replace(optics.psf, by_distance=is_own) for is_own in (False, True))
     found = [gathered_work(dataclasses.replace(optics, psf=psf, defocus=blur), psf) for psf in (after, instead)]
-    assert found[0]["bilinear samples"] == 0.0 < found[0]["copies"]
-    assert found[1]["bilinear samples"] == gathered_work(optics, optics.psf)["bilinear samples"]
+    assert found[0]["copied samples"] == 0.0 < found[0]["copies"]
+    assert found[1]["copied samples"] == gathered_work(optics, optics.psf)["copied samples"]
 
 
 def test_samples_of_a_finer_scene_cost_the_pixels_that_they_cross():
