@@ -20,6 +20,7 @@ from simulator.optics.defocus.photosite_area import ReadPath, Way
 SMALL = 1e-3  # weight of the condition that the weights of samples are little
 EVEN = 1e-6  # difference of weights inside an image that are the same, and weights of samples beside it, as a share of them
 LEAST_PARTS, RADIUS_IN_PARTS = 16, 12.0  # least parts per pixel and axis, and blur radius in these, of the exact weights
+SMALL_PX = 1 / 32  # radius below which a circle changes weights in proportion: parts would be too many [photosites]
 # Areas in parts times means over parts have a sixth of a part's square of variance too much along each axis: three points take
 # it.
 SHARPER = np.array([-1.0, 14.0, -1.0]) / 12.0
@@ -41,12 +42,15 @@ def lattices(image_of: ImageOf, radius_px: float, ways: Sequence[Way]) -> list[L
     """Weights of pixels by each path alone, and exact ones with the image of the aperture: two of (n, n) float64, sum 1.
 
     The photosite's own pixel, less whole pixels by which all of a path lies beside it, is in the middle. n has room for the
-    image, and for two samples more on each side of it.
+    image, and for two samples more on each side of it. A small circle shows where the light between pixels bends, by its mean
+    distance from there: in proportion to its radius, or less.
     """
-    per_px = max(math.ceil(RADIUS_IN_PARTS / abs(radius_px)), LEAST_PARTS)
-    image = _sharpened(image_of(per_px * radius_px))
+    share = min(abs(radius_px) / SMALL_PX, 1.0)
+    per_px = max(math.ceil(RADIUS_IN_PARTS * share / abs(radius_px)), LEAST_PARTS)
+    image = _sharpened(image_of(per_px * radius_px / share))
     reach = math.ceil(0.5 * len(image) / per_px) + 2
-    return [_lattice(image, per_px, way, reach) for way in ways]
+    pairs = [_lattice(image, per_px, way, reach) for way in ways]
+    return [(read, read + share * (exact - read)) for read, exact in pairs] if share < 1.0 else pairs
 
 
 def _lattice(image: np.ndarray, per_px: int, way: Way, reach: int) -> Lattice:

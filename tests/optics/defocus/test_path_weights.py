@@ -1,5 +1,6 @@
 """Circles of a picture of one pixel per photosite that moves, against light between pixels in float64."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +76,23 @@ def test_exact_weights_are_those_of_points_of_the_disk_and_of_time(radius_px, wa
     points = exact_weights(radius_px, (-way_px[0], -way_px[1]), points=240, instants=32, reach=reach + 3)
     inside = np.roll(points, moved, (0, 1))[3:-3, 3:-3]
     assert np.abs(inside - exact).sum() < 1e-3
+
+
+@pytest.mark.parametrize("radius_px", [1e-4, 0.003, 0.02, 0.03])
+def test_exact_weights_of_tiny_circles_take_little_memory(radius_px):
+    """Light bends at the pixels alone: 4 r / (3 pi) of the second difference along each axis is what a circle shows there."""
+    tracemalloc.start()
+    (_, exact), (read, aside) = lattices(disk_weights, radius_px, (((0.0, 0.0, 1.0),), ((0.5, 0.0, 1.0),)))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 1e8
+    reach = len(exact) // 2
+    true = exact_weights(radius_px, (0.0, 0.0), points=400, instants=1, reach=reach)
+    assert exact == pytest.approx(true, abs=0.02 * radius_px)
+    bends = 4.0 * radius_px / (3.0 * np.pi)
+    assert exact[reach, reach - 1] == pytest.approx(0.5 * bends, rel=0.03)
+    across = 0.5 * np.abs(aside - read).sum()  # between two pixels light bends across the other axis
+    assert across == pytest.approx(bends, rel=0.1)
 
 
 def test_rings_of_their_own_leave_the_others_alike():
