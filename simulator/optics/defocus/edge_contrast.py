@@ -7,7 +7,8 @@ smaller circle, through what lies beyond the ratio of the radii: the part of a d
 is the difference of the radii times the mean of |u| over half the disk, 2 / (3 pi).
 
 Beside things smaller than their blur circles it is more. What is hidden is seen past the nearer surface, and lies behind it: at
-most through the part of the nearer surface's circle that it leaves open, and of the farther one's circle that it covers.
+most through the part of the nearer surface's circle that it leaves open, and of the farther one's circle that it covers. It
+counts by the light of the most that differs within the largest circle.
 """
 
 import math
@@ -65,12 +66,14 @@ def depth_edge_contrast(scene: Scene, to_share: np.ndarray, defocus: Defocus) ->
     away = max(round(0.5 * length), 1)
     for axis, way in ((0, away), (0, -away), (1, away), (1, -away)):
         np.maximum(most, np.abs(light - shifted(next_to, axis, way, light.shape[axis])), out=most)
-    seen = seen_contrast(most, mean, defocus.accuracy)[picture.around]
+    every = seen_contrast(most, mean, defocus.accuracy)
+    seen, near = every[picture.around], window_maximum(every, picture.width, "nearest")[picture.around]
     least_px, greatest_px = (ends[picture.around] for ends in picture.ends_px)
     whole, small = 4.0 * BESIDE * (greatest_px - least_px), picture.past_small
     straight = np.minimum(hidden_share(least_px, greatest_px), whole) * seen
-    behind, beyond, past_small = (float(np.quantile(one, MOST)) for one in (seen, straight, np.minimum(small, whole)))
-    return DepthEdgeContrast(beside, behind, max(beyond, past_small * behind))
+    of_frame = max(1.0 - (1.0 - MOST) / float(picture.around.mean()), 0.0)  # what is not beside an edge hides nothing
+    hidden = np.maximum(straight, np.minimum(small, whole) * near)
+    return DepthEdgeContrast(beside, float(np.quantile(seen, MOST)), float(np.quantile(hidden, of_frame)))
 
 
 def hidden_share(least_px: np.ndarray, greatest_px: np.ndarray) -> np.ndarray:
