@@ -70,6 +70,15 @@ class PhotositeArea:
         borders = np.clip(np.arange(samples_per_axis + 1) / samples_per_axis - 0.5, -half, half)
         return np.diff(borders) / self.open_side
 
+    def spread_by(self, samples_per_axis: int) -> float:
+        """Variance along an axis that samples of smooth light add to the open area [square photosites].
+
+        A sample is a mean over its square, and weighs by its area in the image of the aperture, which is another such mean.
+        """
+        middles = (np.arange(samples_per_axis) + 0.5) / samples_per_axis - 0.5
+        own = float(self.shares(samples_per_axis) @ middles**2)
+        return own + 2.0 / (12.0 * samples_per_axis**2) - self.open_side**2 / 12.0
+
     def beyond(self, samples_per_axis: int) -> float:
         """Share of what even samples with these shares see that lies beyond one border of the open side."""
         ends = np.arange(1, samples_per_axis + 1) / samples_per_axis - 0.5

@@ -112,7 +112,8 @@ def error_terms(
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
             if squares > 0.0 and len(defocus.radii_px) == 1:  # else edges of layers count, whatever their light is
                 squares = float(square_error(smallest, finest, defocus.scale, accuracy.detail)[0])
-            grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, grid) if alone else max(squares, grid)
+            waves = grid if contrast.bends is None else contrast.bends * defocus.area.spread_by(finest)
+            grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, waves) if alone else max(squares, grid)
         most = most_samples_per_axis(own, smallest)
         add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
     if contrast.bent > 0.0:
@@ -212,14 +213,14 @@ def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTe
 def squares_left(accuracy: Accuracy, radius_px: float, samples_per_axis: int, scale: float, waves: float = math.inf) -> float:
     """Error of samples of a fine scene that 99.9 % of the photosites keep below, as a share of the brightest light.
 
-    The larger one of what random squares leave, of which the law states what 99 % keep, and of what waves and edges leave: at
-    most `grid_error`, or that of the scene's own, `waves`. Of circles that lie inside a sample it is at least that of no blur.
+    It is what random squares leave, of which the law states what 99 % keep, and what waves of the scene do beside them, whose
+    light bends; or inf: at least `grid_error`. Of circles that lie inside a sample it is at least that of no blur.
     """
     radius = np.array(radius_px)
     if float(accuracy.sampling_error(radius, samples_per_axis, scale)) == 0.0:
         return 0.0
     squares = OF_SQUARES * float(square_error(radius, samples_per_axis, scale, accuracy.detail))
-    own = max(squares, min(grid_error(radius_px, samples_per_axis, scale), waves))
+    own = max(squares, grid_error(radius_px, samples_per_axis, scale)) if waves == math.inf else squares + waves
     if radius_px * samples_per_axis > 0.5:
         return own
     return max(own, OF_CROSSING * crossing_error(radius_px, accuracy.detail))

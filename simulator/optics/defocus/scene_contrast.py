@@ -61,6 +61,7 @@ class SceneContrast:
         least where a penumbra ends; of one pixel per photosite, twelve times what even squares, or weights of a path, leave
         of light between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more. ends_aside: the
         same where photosites read the light anywhere between the pixels; 0: no scene of one pixel per photosite.
+    bends: the same of means over photosites of one upright surface of even squares; None: not measured.
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     crossed: error of the largest circle that is left out behind a point spread function, of `psf.left_out_blur`; None: it is
         that of the curvature.
@@ -78,6 +79,7 @@ class SceneContrast:
     edges: tuple[float, ...] = (1.0,) * len(LITS)
     ends: float = 0.0
     ends_aside: float = 0.0
+    bends: float | None = None
     flattened: float = 0.0
     around_lamps: float = 1.0
     within: float = 1.0
@@ -107,6 +109,7 @@ def scene_contrast(
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     ranges = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else {}
     ends, aside = (0.0, 0.0) if defocus.accuracy.detail else _penumbra_ends(scene, to_share, defocus, curvature)
+    is_alone = defocus.accuracy.detail > 0.0 and not scene.behind and not defocus.maps
     steps = depth_edge_contrast(scene, to_share, defocus) if has_steps else DepthEdgeContrast()
     return SceneContrast(
         curvature,
@@ -119,6 +122,7 @@ def scene_contrast(
         around=ranges.get("around", 0.0),
         ends=ends,
         ends_aside=aside,
+        bends=_bends_of_squares(scene, to_share, defocus) if is_alone else None,
         around_lamps=around_lamps,
         within=ranges.get("within", 0.0),
         lamps_mixed=ranges.get("lamps_mixed", 0.0),
@@ -263,18 +267,29 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
 
     curvature: of the scene. Of a large scene parts on a grid are looked at.
     """
-    radius_px = min(least for least, _ in defocus.ranges_px)
+    ranges = [pair for pair in defocus.ranges_px if defocus.maps or pair[1] > defocus.copied_px]  # what is blurred
+    radius_px = min((least for least, _ in ranges), default=0.0)
     if radius_px <= defocus.copied_px or curvature == 0.0:
         return 0.0, 0.0
     if abs(defocus.scale - 1.0) < 1e-6:
         radii_px = [radius_px, *(one for one in STEEP_PX if radius_px < one < defocus.largest_px)]
         return _pixel_ends(scene, to_share, defocus, [min(one, WIDEST_END_PX) for one in radii_px])
     if curvature * twice_blurred_share(radius_px, defocus.scale) > 12.0 * grid_error(radius_px, 1, defocus.scale):
-        behind, places = disk_weights(min(radius_px, WIDEST_END_PX)), _parts(scene, defocus.scale)
-        lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in places]
-        found = np.concatenate([_bends_behind(light, behind, defocus).ravel() for light in lights])
-        return float(np.quantile(found, MOST)), 0.0
+        return _bends_of_parts(scene, to_share, defocus, radius_px), 0.0
     return 0.0, 0.0
+
+
+def _bends_of_squares(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+    """Return `SceneContrast.bends`. Slow waves keep theirs behind circles that leave little of edges."""
+    return _bends_of_parts(scene, to_share, defocus, defocus.largest_px, max(int(defocus.scale), 1))
+
+
+def _bends_of_parts(scene: Scene, to_share: np.ndarray, defocus: Defocus, radius_px: float, side: int = 1) -> float:
+    """Quantile MOST of `_bends_behind` a circle, of parts of a scene, of means over squares of so many pixels."""
+    behind, places = disk_weights(min(radius_px, WIDEST_END_PX)), _parts(scene, defocus.scale)
+    lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in places]
+    lights = [window_mean(light, side, "nearest") for light in lights]
+    return float(np.quantile(np.concatenate([_bends_behind(light, behind, defocus).ravel() for light in lights]), MOST))
 
 
 def _pixel_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: list[float]) -> tuple[float, float]:
