@@ -146,10 +146,11 @@ def light_pairs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of a photosite and a light that it sees, (pairs, 2) int (place, light), and the share of each, (pairs,) float64.
 
-    A share is that of the pupil's image on the light's cell, times 1 - g u for the slope g of its radius. Sorted by place.
-    start: of `cell_shares`.
+    A share is that of the pupil's image on the light's cell, times 1 - g u for the slope g of its radius and the place u of the
+    pupil through which it is seen. Sorted by place. start: of `cell_shares`.
     """
     pairs, shares = [np.empty((0, 2), int)], [np.empty(0)]
+    reach = 0.0 if oversampling == 1 and start == WHOLE else 0.5 * sum(start)
     for number, (row, column, radius) in enumerate(zip(lights.rows, lights.columns, lights.radii_px, strict=True)):
         weights, offset = cell_shares(pupil, float(radius), oversampling, start)
         from_y, from_x = (
@@ -157,8 +158,9 @@ def light_pairs(
         )  # cells from the first sample of each row and column of photosites
         y, x = (np.flatnonzero((away >= offset) & (away < offset + len(weights))) for away in (from_y, from_x))
         share = weights[np.ix_(from_y[y] - offset, from_x[x] - offset)]
-        middle, scale = 0.5 - 0.5 * oversampling, 1.0 / (float(radius) * oversampling)
-        u_y, u_x = scale * (from_y[y] + middle)[:, None], scale * (from_x[x] + middle)
+        u_y, u_x = (
+            _seen_through((away + 0.5) / oversampling - 0.5, float(radius), reach) for away in (from_y[y][:, None], from_x[x])
+        )
         share = share * (1.0 - lights.slopes[0, number] * u_x - lights.slopes[1, number] * u_y)
         i, j = np.nonzero(share > 0.0)
         pairs.append(np.stack([y[i] * frame.width + x[j], np.full(len(i), number)], axis=-1))
@@ -166,6 +168,16 @@ def light_pairs(
     joined, share = np.concatenate(pairs), np.concatenate(shares)
     order = np.argsort(joined[:, 0], kind="stable")
     return joined[order], share[order]
+
+
+def _seen_through(away_px: np.ndarray, radius_px: float, reach_px: float) -> np.ndarray:
+    """Place of the pupil, -1 to 1 along an axis, through which photosites see a light that lies so far from their middle.
+
+    It is the middle of the places that look from anywhere up to reach_px from there: 0 for a circle inside a photosite.
+    radius_px: signed, of the light's blur circle.
+    """
+    ends = [np.clip((away_px + side * reach_px) / radius_px, -1.0, 1.0) for side in (-1.0, 1.0)]
+    return np.asarray(0.5 * (ends[0] + ends[1]))
 
 
 @dataclass

@@ -15,7 +15,8 @@ from scipy.stats import qmc
 
 from simulator.optics.defocus.lamp_images import square_image
 from simulator.optics.pupil.pupil import Pupil
-from simulator.optics.ray_reference.small_lights import cell_shares, take_lights
+from simulator.optics.ray_reference.small_lights import SmallLights, cell_shares, light_pairs, take_lights
+from simulator.sensor.camera.camera_sections import Window
 
 ROWS, COLUMNS, MARGIN, OVER = 38, 46, 13, 4
 EDGE, LIGHT = 22, (19 * OVER + 1, 25 * OVER + 2)  # of the near half-plane [photosites]; cell of the light
@@ -144,3 +145,24 @@ def test_lights_in_tiny_circles_are_taken_of_round_pupils():
     for radius_px, is_round, taken in ((0.01, True, 1), (0.01, False, 0), (0.3, True, 0), (0.0, True, 0), (0.7, False, 1)):
         radii = np.full((1, 9, 9), radius_px, np.float32)
         assert len(take_lights(colour.copy(), radii, limit, limit, 4, is_round=is_round).rows) == taken
+
+
+@pytest.mark.parametrize(("radius_px", "apart"), [(0.01, 1e-9), (0.05, 1e-9), (0.6, 0.015), (-1.0, 0.01), (2.5, 0.01)])
+def test_a_light_whose_radius_has_a_slope_is_seen_as_brightly_as_its_pupil_is_wide(radius_px, apart):
+    """Against rays from its cell through points of the pupil; a photosite sees a tiny circle through all of the pupil."""
+    side, slopes, (row, column) = 9, np.array([0.1, -0.06]), (17, 18)
+    where = np.array([row + MARGIN * OVER]), np.array([column + MARGIN * OVER]), np.array([0])
+    lights = SmallLights(*where, np.array([radius_px]), slopes[:, None], np.ones((1, 1)))
+    pairs, shares = light_pairs(lights, Pupil(), Window(0, 0, side, side), MARGIN, OVER)
+    found, truth = np.zeros(side * side), np.zeros((side, side))
+    found[pairs[:, 0]] = shares
+    axis = (np.arange(400) + 0.5) / 200.0 - 1.0
+    u = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    u = u[np.hypot(*u.T) <= 1.0]
+    places = (np.arange(12) + 0.5) / 12.0
+    for down in places:
+        y = np.floor((row + down) / OVER - radius_px * u[:, 1]).astype(int)
+        for right in places:
+            np.add.at(truth, (y, np.floor((column + right) / OVER - radius_px * u[:, 0]).astype(int)), 1.0 - u @ slopes)
+    truth /= len(u) * len(places) ** 2 * OVER**2
+    assert np.abs(found.reshape(side, side) - truth).max() < apart * truth.max()
