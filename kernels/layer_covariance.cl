@@ -59,7 +59,8 @@ kernel void layer_covariance(global const float *restrict planes, global float *
         global float *to = light + mosaic_element(c, 0, y, band);
         for (uint i = 0; i < SPAN; i++) {
             const float found = agreed >> c & 1u ? kept[first + i] : covariance(sums, c, (first + i) % ALL, (float)sampling.point_count);
-            if (x + 2 * i < band.width) set_light(to + x + 2 * i, 1, -found);
+            const uint column = x + 2 * i; // of the frame
+            if (column < band.width) set_light(to + column, 1, -found);
         }
     }
 }
