@@ -30,7 +30,6 @@
 #include "point_sums.h"
 #include "row_band.h"
 #include "slab_light.h"
-#define ROUNDED 0.01f // part of a class by which `class_of` may be wrong
 
 // Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites.
 kernel void occlusion(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
@@ -69,8 +68,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             const uint down = (OVER * block[1] + (uint)view.top) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)view.left) / (COLUMN_SETS * HALF_PATCH);
             global const struct patch_window *window = windows + ((size_t)layer * sampling.patch_rows + down) * patch_columns + across;
             const float least = is_mapped ? low - 0.25f * (high - low) : -1e30f, most = is_mapped ? high : 1e30f; // overlaps the slab in front, so that slopes show no gaps
-            const int own = !MOTION && least > slab[2] + ROUNDED * (slab[3] - slab[2]); // nothing of the class before is in the slab
-            if (view.held && !is_met(window, (int)slab[5], own, MOTION && is_mapped ? beside_slab(view.u_x, view.u_y) : 0.0f, high - low, least, most)) continue;
+            if (view.held && !is_met(window, (int)slab[5], !MOTION && is_beyond(least, slab[2], slab[3]), MOTION && is_mapped ? beside_slab(view.u_x, view.u_y) : 0.0f, high - low, least, most)) continue;
             const int fresh = current < 0, partial = COVERAGE && !(view.held && window->filled >= 1.0f);
             if (!OPAQUE && layer != current)
                 for (uint i = 0; i < ALL; i++) begin_layer(fresh, before + i, missed + i, covered + i);

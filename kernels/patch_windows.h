@@ -9,6 +9,11 @@ struct patch_window {
     float filled;          // least coverage
 };
 
+#define ROUNDED 0.01f // part of a class by which `class_of` may be wrong
+
+// Whether radii from `least` on lie in no class before the one that goes from `first` to `last`.
+INLINE int is_beyond(const float least, const float first, const float last) { return least > first + ROUNDED * (last - first); }
+
 // Whether a sample of the window may lie in a slab of these radii that belongs to a class: the classes from the one before it to the
 // next have its radii, or, where `own`, from its own one on. number: of the class; negative: a layer of constant radius. beside: how far aside
 // of the slab its samples may lie, too, up to 20 [slabs]; width: of the slab.

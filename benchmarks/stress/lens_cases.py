@@ -16,6 +16,8 @@ from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.defocus import PATCH_COLUMNS, PATCH_ROWS, Defocus
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.passes.patch_windows import PATCH_COLUMNS as PATCH_ACROSS
+from simulator.optics.passes.patch_windows import PATCH_ROWS as PATCH_DOWN
 from simulator.optics.passes.patch_windows import WINDOW_COLUMNS, WINDOW_ROWS, PatchWindows
 from simulator.optics.passes.radius_statistics import measure_patches
 from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
@@ -150,7 +152,7 @@ def run_radius_statistics(device: Device, inputs: Inputs) -> Outcome:
 
 
 def run_patch_windows(device: Device, inputs: Inputs) -> Outcome:
-    over, rows, columns, side = int(number(inputs, "over")), 43, 128, 8
+    over, rows, columns = int(number(inputs, "over")), 43, 128
     layout, shape = InterleavedColumns(over, over * rows, columns // 2), (over * rows, over * columns)
     radius = np.resize(picture(inputs, "radius"), shape)
     coverage = np.resize(picture(inputs, "coverage"), shape)
@@ -164,8 +166,8 @@ def run_patch_windows(device: Device, inputs: Inputs) -> Outcome:
     found = device.download(measured.windows, (1, measured.rows, measured.columns), window)[0]
     exact = np.zeros((3, measured.rows, measured.columns))
     for row, column in np.ndindex(measured.rows, measured.columns):
-        first, left = row * over * side, column * over * side
-        held = slice(first, first + WINDOW_ROWS * over * side), slice(left, left + WINDOW_COLUMNS * over * side)
+        first, left = row * over * PATCH_DOWN, column * over * PATCH_ACROSS
+        held = slice(first, first + WINDOW_ROWS * over * PATCH_DOWN), slice(left, left + WINDOW_COLUMNS * over * PATCH_ACROSS)
         exact[:, row, column] = radius[held].min(), radius[held].max(), coverage[held].min()
     return Outcome(np.stack([found[name] for name in ("least", "greatest", "filled")]), exact)
 

@@ -99,6 +99,17 @@ def run_projection_samples(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(found, np.broadcast_to(exact, found.shape), size)
 
 
+def run_pixel_samples(device: Device, inputs: Inputs) -> Outcome:
+    """Samples of photosites in a scene of as many pixels, beyond whose ends its last ones continue."""
+    light, left, top = picture(inputs), int(number(inputs, "left")), int(number(inputs, "top"))
+    (height, width), layout = light.shape, InterleavedColumns(1, 8, 64)
+    projection = Projection(1.0, 0.0, 0.0, width, height, 1, False)
+    sampled = device.empty(layout.shape(1), np.float32)
+    project_planes(device, projection, device.upload(light[None]), 1, sampled, 0, layout, (left, top))
+    rows, columns = (np.clip(at + np.arange(size), 0, end - 1) for at, size, end in ((top, 8, height), (left, 128, width)))
+    return Outcome(layout.decode(device.download(sampled, layout.shape(1), np.float32)[0]), light[rows[:, None], columns])
+
+
 def run_footprint(device: Device, inputs: Inputs) -> Outcome:
     """Photosites that average a scene of fewer pixels over a filter's spots and squares beside them."""
     scale, spots_px, first = (float(np.float32(number(inputs, name))) for name in ("scale", "spots_px", "column"))
@@ -179,6 +190,14 @@ CASES = (
         run_projection_samples,
         "as of projection_places",
         most_ulps=3.0,
+    ),
+    StressCase(
+        "pixel_samples",
+        ("pixel_planes",),
+        {"light": Picture((6, 150), 1e-37, 3e38), "left": Choice((-200, -3, 0, 7, 40, 200)), "top": Choice((-9, 0, 3, 9))},
+        run_pixel_samples,
+        "samples are pixels, bit by bit",
+        most_ulps=0.0,
     ),
     StressCase(
         "footprint",

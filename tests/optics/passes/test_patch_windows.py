@@ -11,7 +11,7 @@ from simulator.optics.passes.patch_windows import PATCH_COLUMNS, PATCH_ROWS, WIN
 from simulator.sensor.camera.cfa import Cfa
 
 ROWS, COLUMNS = 43, 128  # photosites
-ROUNDED = 0.01  # part of a class, as in kernels/occlusion.cl
+ROUNDED = 0.01  # part of a class, as in kernels/patch_windows.h
 
 
 def measured_windows(layout: InterleavedColumns, defocus: Defocus, radius: np.ndarray, coverage: np.ndarray) -> np.ndarray:
