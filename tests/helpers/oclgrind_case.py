@@ -79,7 +79,8 @@ def run(case: str) -> None:
     if "layers" in case:  # both out of focus, the nearer one with a soft edge
         light = rng.random((20, 30, camera.channels)).astype(np.float32)
         settings = {"coverage": np.clip(rng.random((20, 30)) * 2.0 - 0.5, 0.0, 1.0).astype(np.float32)}
-        settings["behind"] = (Layer(light, rng.uniform(2.3, 2.4) * np.ones((20, 30), np.float32) + 1e-3 * np.arange(30)),)
+        tilted_m = rng.uniform(2.3, 2.4) * np.ones((20, 30), np.float32) + 1e-3 * np.arange(30)
+        settings["behind"] = (Layer(light, 2.35 if "pair" in case else tilted_m),)
         depth = 1.8
     scene = band_scene(rng.random((20, 30, camera.channels)), depth, **settings)
     exposure = Exposure(0.001, 400 if "readings" in case else 100)

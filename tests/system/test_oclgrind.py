@@ -22,6 +22,7 @@ CASES = [
     "depth map window",
     "layers RGGB",
     "layers RGGB rims",
+    "layers RGGB window pair",
     "one depth RRGG/RRGG/GGBB/GGBB window",
     "sharp RRGG/RRGG/GGBB/GGBB window remosaiced",
     "sharp RGGB window blooming",
