@@ -6,8 +6,6 @@
 #define BILINEAR_AREA_H
 #include "plain_math.h"
 
-INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
-
 // What a bend of slope 1 at this distance adds to the mean.
 INLINE float bend_of(const float distance, const float extent) {
     const float reached = larger(extent - (distance < 0.0f ? -distance : distance), 0.0f);

@@ -8,7 +8,7 @@
 // SPAN: columns of each set that a work-item writes.
 #include "conventions.h"
 #include "interleaved_columns.h"
-#include "bilinear_area.h"
+#include "plain_math.h"
 
 // Dimension 0: spans of columns of both sets; 1: rows; 2: planes.
 kernel void pixel_planes(global const float *restrict planes, global float *restrict sampled, const uint first_plane, const uint rows,

@@ -8,6 +8,9 @@
 INLINE float smaller(const float a, const float b) { return a < b ? a : b; }
 INLINE float larger(const float a, const float b) { return a > b ? a : b; }
 
+// Nearest of the numbers from 0 to count - 1.
+INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
+
 // Greatest integer not above v.
 INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
 

@@ -31,7 +31,7 @@ from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing
 from simulator.optics.geometry.pixel_vectors import PixelVectors
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.path_planning import SAME_SCALE, is_even, with_path_weights
+from simulator.optics.path_planning import SAME_SCALE, has_pixel_per_photosite, with_path_weights
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.scene.compositing import flatten_layers
 from simulator.scene.occluded_background import extend_background
@@ -107,7 +107,7 @@ def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, l
         return max(every[0](quantile=BRIGHT), *(own(quantile=few, has_lamps=False) for own in every))
 
     edges, dark = (usual(scene_detail, lit) for lit in (LIT_SHARE, 0.0))
-    if not is_even(planned):
+    if not has_pixel_per_photosite(planned):
         return SceneDetail(edges, dark, 0.0, 0.0)
     return SceneDetail(edges, dark, *(usual(scene_bends, lit) for lit in (LIT_SHARE, 0.0)))
 
@@ -143,7 +143,7 @@ def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: S
     texture = max(scene_detail(scene, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE) for scene in seen)
     steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
     contrast = min(edges * max(scale, steepness), max(edges, 1.0))
-    bends = is_even(planned)
+    bends = has_pixel_per_photosite(planned)
     return MotionNeed(
         contrast=contrast,
         dark=contrast * detail.dark / edges,

@@ -37,7 +37,7 @@ PLACES = (0.06, 0.11), (0.93, 0.31), (0.37, 0.52), (0.68, 0.74), (0.21, 0.97)
 TURNED = tuple((0.02 + 0.24 * one + 0.06 * other, 0.02 + 0.24 * other + 0.06 * one) for other in range(4) for one in range(4))
 
 
-def is_even(planned: OpticsPlan) -> bool:
+def has_pixel_per_photosite(planned: OpticsPlan) -> bool:
     """Whether the scene has one pixel per photosite, so that its light bends at pixels.
 
     Means over photosites of a coarser scene bend by a third as much, by less than its edges.
@@ -74,7 +74,7 @@ def _is_measured(planned: OpticsPlan, defocus: Defocus, motion: MotionPlan) -> b
     if (psf is not None and psf.by_distance) or planned.accuracy.tolerance == 0.0 or len(defocus.radii_px) > 1:
         return False
     is_short = motion.length.longest_px <= LONGEST_PX or (motion.is_shift and motion.path.straight_shift() is not None)
-    reads = is_even(planned) and not projection.nearest and projection.warp is None
+    reads = has_pixel_per_photosite(planned) and not projection.nearest and projection.warp is None
     return reads and is_short and defocus.copied_px < defocus.largest_px
 
 

@@ -48,7 +48,7 @@ COST_NS = {
 FINE_POINTS = 1.7  # times the work of a point where photosites have several samples, which lie in more places
 # What one more colour of the same launch adds to the work of a point, and of one that adds to the sums of each layer.
 MORE_COLORS, MORE_SUMS = 0.28, 0.5
-PAIRED = 0.4  # times the work of a correction of two layers, whose sums stay in registers (kernels/layer_covariance.cl)
+PAIRED = 0.26  # times the work of a correction of two layers, whose sums stay in registers (kernels/layer_covariance.cl)
 COMPARED = 2  # times as many samples of a correction as those after which it is first compared: then it may agree
 
 WEIGHTS_PER_PX = 12.0  # of radius, of an image on one sample per photosite

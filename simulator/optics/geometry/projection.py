@@ -110,6 +110,11 @@ class Projection:
         is_whole = self.scale == 1.0 and self.offset_x == round(self.offset_x) and self.offset_y == round(self.offset_y)
         return over == 1 and is_whole and self.reads_pixels and self.footprint is None and not self.nearest
 
+    def copied_from(self, origin_x: int, origin_y: int) -> dict[str, int]:
+        """Scalar arguments of kernels/pixel_planes.cl for an output whose first photosite is this one of the sensor."""
+        left, top = origin_x + round(self.offset_x), origin_y + round(self.offset_y)
+        return {"scene_width": self.scene_width, "scene_height": self.scene_height, "left": left, "top": top}
+
     def whole_pixels(self, counts: Sequence[int]) -> int:
         """First of these samples per photosite and axis that divides each scene pixel into whole samples; 0: none."""
         for count in counts if self.warp is None and self.pose is None else ():
@@ -279,10 +284,13 @@ def project_planes(
         footprint = projection.footprint
         project_footprint_planes(device, projection, footprint, planes, count, sampled, first_plane, layout, origin)
         return
-    if projection.copies_pixels(layout.over):
-        _copy_pixels(device, projection, planes, count, sampled, first_plane, layout, origin, rows)
-        return
     span, settings = _span(device, layout), projection.arguments(*origin)
+    if projection.copies_pixels(layout.over):
+        kernel = device.kernel("pixel_planes", {"OVER": layout.over, "SPAN": span})
+        size = layout.set_columns // span, layout.rows if rows is None else rows, count
+        place = projection.copied_from(*origin)
+        device.run(kernel, size, None, planes=planes, sampled=sampled, first_plane=first_plane, rows=layout.rows, **place)
+        return
     defines = {**projection.defines(ANY_CFA, layout.over), "SPAN": span}  # those of `project_radius`, which shares the build
     if not projection.is_separable(layout.over):
         kernel = device.kernel("projection_planes", defines, file="projection.cl")
@@ -307,34 +315,6 @@ def project_planes(
         kernel = device.kernel(name, defines, file="projection.cl")
         arguments = {"first_row": first_row, "pose": pose, **settings, **buffers}
         device.run(kernel, (columns, height, sets), None, **{key: arguments[key] for key in kernel.arguments})
-
-
-def _copy_pixels(
-    device: Device,
-    projection: Projection,
-    planes: Buffer,
-    count: int,
-    sampled: Buffer,
-    first_plane: int,
-    layout: InterleavedColumns,
-    origin: tuple[int, int],
-    rows: int | None,
-) -> None:
-    """Enqueue `project_planes` where samples are pixels."""
-    span = _span(device, layout)
-    device.run(
-        device.kernel("pixel_planes", {"OVER": layout.over, "BENDS": 0, "SPAN": span}),
-        (layout.set_columns // span, layout.rows if rows is None else rows, count),
-        None,
-        planes=planes,
-        sampled=sampled,
-        first_plane=first_plane,
-        rows=layout.rows,
-        scene_width=projection.scene_width,
-        scene_height=projection.scene_height,
-        left=origin[0] + round(projection.offset_x),
-        top=origin[1] + round(projection.offset_y),
-    )
 
 
 def project_radius(
