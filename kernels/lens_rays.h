@@ -19,9 +19,6 @@ struct rays {
     float cell_x, cell_y;      // middle of the cell in which images move [photosites from the sensor's upper left corner]
 };
 
-// Index i, limited to 0 ... count - 1: beyond the grid its edge continues.
-INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
-
 // Value of a plane at (y, x) [samples], counted from the corner of sample [row, column]: small numbers lose no digits on a large grid.
 // Sample i covers [i, i + 1), and its value is that at i + 1/2.
 INLINE float bilinear(global const float *plane, const int row, const int column, const float y, const float x,
