@@ -1,6 +1,6 @@
-// Sum of images at several instants, each weighted by the light that a line of the sensor gets there.
+// Sum of images at several instants, each weighted by the light that a line of the sensor gets there, or through spots of a filter.
 //
-// light:   (rows, width) float32, image at an instant, of some rows of the frame [e- s^-1 um^-2 sr^-1].
+// light:   (rows, width) float32, one image, of some rows of the frame [e- s^-1 um^-2 sr^-1].
 // sum:     (frame rows, width) float32, weighted sum of images, added to.
 // weights: (lines) float32, share of each line's light, of the frame's rows, or of its columns where COLUMNS is 1.
 // first_row: of `light` in the frame. Dimension 0: columns; 1: rows of `light`.

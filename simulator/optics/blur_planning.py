@@ -51,7 +51,7 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: Noi
     )
     if optics.projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers):
         return replace(accuracy, pixel_detail=scene_detail(optics.scene, optics.weights, per_radiance, accuracy))
-    if not gathers_squares(optics.projection, lens, sensor.camera):
+    if not gathers_squares(optics.scene, optics.projection, lens, sensor.camera, tolerance):
         return accuracy
     detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
     detail /= sensor.camera.fill_factor  # a smaller square averages fewer pixels
@@ -63,14 +63,15 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: Noi
     )
 
 
-def gathers_squares(projection: Projection, lens: Lens, camera: Camera) -> bool:
+def gathers_squares(scene: Scene, projection: Projection, lens: Lens, camera: Camera, tolerance: float) -> bool:
     """Whether photosites gather the even squares of a fine scene directly, over their open area.
 
-    Behind a lens or a filter with a point spread function its kernels hold the aperture of the photosites. A scene coarser than
-    the photosites shows nothing inside them.
+    Behind a lens or a filter with a point spread function its kernels hold the aperture of the photosites. Rays (tolerance 0)
+    start where a filter lets them, but for those of deep pictures. A scene coarser than the photosites shows nothing inside
+    them.
     """
-    has_psf = lens.psf is not None or lens.has_diffraction or camera.low_pass_um > 0.0
-    return projection.is_fine and not has_psf
+    has_filter = camera.low_pass_um > 0.0 and (tolerance > 0.0 or scene.deep is not None)
+    return projection.is_fine and not (has_filter or lens.psf is not None or lens.has_diffraction)
 
 
 def electrons_per_radiance(lens: Lens, sensor: SensorPlan) -> float:
@@ -127,7 +128,8 @@ def plan_blur(
 def plan_blur(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: bool = False) -> Defocus | None:
     """Return the blur of a scene's surfaces, as `plan_defocus`; never None where a sharp one is kept."""
     accuracy, projection = planned.accuracy, planned.projection
-    area = PhotositeArea(gathers_squares(projection, lens, camera), accuracy.whole_pixels, projection.open_side)
+    is_direct = gathers_squares(scene, projection, lens, camera, accuracy.tolerance)
+    area = PhotositeArea(is_direct, accuracy.whole_pixels, projection.open_side)
     return plan_defocus(
         lens, camera.pixel_pitch_um, scene, projection.scale, accuracy, planned.sensor_px, area, keeps_sharp=keeps_sharp
     )

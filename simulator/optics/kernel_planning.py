@@ -10,13 +10,14 @@ from simulator.optics.blur_planning import electrons_per_radiance
 from simulator.optics.defocus.accuracy import square_error
 from simulator.optics.defocus.scene_light import BRIGHT, scene_bends, scene_detail
 from simulator.optics.geometry.end_spacing import LIT_SHARE
+from simulator.optics.geometry.footprint import Footprint
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.psf.left_out_blur import left_out_error
-from simulator.optics.psf.psf_errors import bent_light_error, focus_error, undrawn_error
+from simulator.optics.psf.psf_errors import focus_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
@@ -27,7 +28,7 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
     projection = planned.projection
     if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprint is not None:
-        return planned  # the scene is integrated over the open area of each photosite
+        return _without_kernels(planned, lens, sensor)  # the scene is integrated over the open area of each photosite
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
     contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
@@ -72,6 +73,12 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     )
 
 
+def _without_kernels(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+    """Return the plan of a scene that photosites average through the spots of a filter and over their open area alone."""
+    crossed = _crossed(planned, None, electrons_per_radiance(lens, sensor))
+    return replace(planned, contrast=replace(planned.contrast, crossed=crossed))
+
+
 def _crossed(planned: OpticsPlan, psf: FieldPsf | None, per_radiance: float) -> float | None:
     """Return `SceneContrast.crossed`: of a fine scene whose light no plan of the blur measures pixel by pixel."""
     accuracy, defocus, radius_px = planned.accuracy, planned.defocus, planned.ignored_px
@@ -81,7 +88,10 @@ def _crossed(planned: OpticsPlan, psf: FieldPsf | None, per_radiance: float) -> 
     if radius_px == 0.0 or not accuracy.tolerance or accuracy.detail or not planned.projection.is_fine:
         return None
     to_share = per_radiance / accuracy.electrons * planned.weights
-    return left_out_error(planned.scene, to_share, accuracy, planned.projection.scale, psf, radius_px)
+    told, projection = (planned.scene, to_share, accuracy, planned.projection.scale, radius_px), planned.projection
+    if psf is None:
+        return left_out_error(*told, area=Footprint(projection.open_side, projection.low_pass_px))
+    return left_out_error(*told, psf.lens_psf, psf.sampling.footprint(psf.pitch_um), psf.pupil.corner_radius)
 
 
 def _focus_error(planned: OpticsPlan, psf: FieldPsf, lens: Lens, per_radiance: float) -> float:
@@ -102,8 +112,6 @@ def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per
     of a coarse scene bends; those of a lens spread what samples do not tell of it.
     """
     projection = planned.projection
-    if psf.is_squares and projection.is_bilinear:
-        return bent_light_error(psf.sampling, psf.pitch_um, psf.over, projection.scale, _bends(planned, per_radiance))
     if psf.by_distance and projection.is_bilinear:
         return kernel_bend_error(psf, projection.scale, planned.channels) * _bends(planned, per_radiance)
     if not psf.by_distance or not projection.is_fine or projection.whole_pixels((psf.over,)):

@@ -220,9 +220,7 @@ def _sampling_left(planned: OpticsPlan, defocus: Defocus, over: int, darker: flo
 
 def _behind_psf(psf: FieldPsf, contrast: float, channels: int) -> FixedBlur:
     """Return the blur of kernels of one blur radius. contrast: as of `FixedBlur`."""
-    shares = psf.sampling.cuts(psf.pitch_um, psf.over) if psf.is_squares else [0.0]
-    cut = max(share * (1.0 - share) for share in shares)
-    return FixedBlur(psf.over, contrast, _spread_px(psf, channels), own_spread_px=_upright_px(psf), can_skew=True, cut=cut)
+    return FixedBlur(psf.over, contrast, _spread_px(psf, channels), own_spread_px=_upright_px(psf), can_skew=True)
 
 
 def _upright_px(psf: FieldPsf) -> float:
@@ -272,8 +270,9 @@ def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance:
 def can_join(planned: OpticsPlan, timing: Timing) -> bool:
     """Whether points of the aperture may carry instants: places of the picture are those of the scene, lines are rows."""
     psf = planned.psf
-    plain_psf = psf is None or not (psf.by_distance or psf.corrected_px)
-    return plain_psf and planned.projection.warp is None and timing.components[0].openings[0].axis != "columns"
+    if planned.sees_spots or planned.projection.warp is not None or (psf is not None and (psf.by_distance or psf.corrected_px)):
+        return False
+    return timing.components[0].openings[0].axis != "columns"
 
 
 def with_joint_motion(

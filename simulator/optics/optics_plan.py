@@ -357,7 +357,7 @@ class OpticsPlan:
         """Whether what is swept has a pixel for each of `over` samples per photosite and axis, read between four of them."""
         projection = self.projection
         is_even = projection.scale == over and not projection.nearest and projection.warp is None
-        return is_even and motion.vectors is None and motion.path.lines.axis != "columns"
+        return is_even and projection.open_side == 1.0 and motion.vectors is None and motion.path.lines.axis != "columns"
 
     @property
     def sweeps_lamps_apart(self) -> bool:
@@ -402,6 +402,21 @@ class OpticsPlan:
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all have this colour."""
         return replace(self, cfa=Cfa.uniform(plane))
+
+    @property
+    def sees_spots(self) -> bool:
+        """Whether the image is the mean of those of a low-pass filter's four spots, which are sharp."""
+        return self.projection.low_pass_px > 0.0 and self.defocus is None
+
+    def at_spots(self) -> list[Self]:
+        """Return the plans of the images that a low-pass filter's four spots show, of each spot alone."""
+        found = []
+        for x_px, y_px in self.projection.spots:
+            motion = self.motion
+            if motion is not None:
+                motion = replace(motion, path=motion.path.at_spot(x_px, y_px))
+            found.append(replace(self, projection=self.projection.at_spot(x_px, y_px), motion=motion))
+        return found
 
     @property
     def moves_by_component(self) -> bool:

@@ -150,7 +150,7 @@ def _plan_sensor_optics(
         raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
-    if gathers_squares(projection, lens, camera):
+    if gathers_squares(scene, projection, lens, camera, tolerance):
         projection = replace(projection, open_side=math.sqrt(camera.fill_factor))
     glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
     planned = OpticsPlan(
@@ -176,8 +176,7 @@ def _plan_sensor_optics(
 
             planned = with_drawn_lamps(planned, loaded, lens, sensor, floor)
         planned = _with_rays_through_filter(planned, lens, sensor)
-        if is_at_rest:
-            planned = _with_open_area(planned, lens, sensor)
+        planned = _with_filter_in_focus(planned, lens, sensor, is_at_rest=is_at_rest)
     is_whole = planned.projection.open_side == 1.0 and planned.projection.low_pass_px == 0.0  # nothing is averaged before
     if is_whole and planned.projection.footprint is None and _is_even(planned.scene):
         return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
@@ -201,15 +200,23 @@ def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPla
     return replace(planned, projection=projection)
 
 
-def _with_open_area(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
-    """Return the plan of a sharp coarse scene that photosites average over their open area, if the lens is ideal."""
-    camera = sensor.camera
+def _with_filter_in_focus(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, *, is_at_rest: bool) -> OpticsPlan:
+    """Return the plan of a sharp scene whose photosites average it over their open area behind a filter, if the lens is ideal.
+
+    Squares of a footprint average a coarse scene at rest. The image of another is the mean of the filter's four spots, each
+    over open areas.
+    """
+    camera, projection = sensor.camera, planned.projection
     sampling = Sampling(camera.fill_factor, camera.low_pass_um)
     is_ideal = lens.psf is None and not lens.has_diffraction and lens.aberrations is None
-    if planned.defocus is not None or sampling == Sampling() or not (is_ideal and planned.projection.fits_footprint):
+    if planned.defocus is not None or sampling == Sampling() or not is_ideal or _is_even(planned.scene):
         return planned
-    footprint = sampling.footprint(camera.pixel_pitch_um)
-    return replace(planned, projection=replace(planned.projection, footprint=footprint))
+    if is_at_rest and projection.fits_footprint:
+        footprint = sampling.footprint(camera.pixel_pitch_um)
+        return replace(planned, projection=replace(projection, footprint=footprint))
+    low_pass_px = camera.low_pass_um / camera.pixel_pitch_um
+    projection = replace(projection, open_side=math.sqrt(camera.fill_factor), low_pass_px=low_pass_px)
+    return replace(planned, projection=projection)
 
 
 def _is_even(scene: Scene) -> bool:

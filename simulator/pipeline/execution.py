@@ -14,6 +14,7 @@ from simulator.optics.geometry.scene_part import find_scene_part
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.low_pass_spots import mean_of_spots
 from simulator.optics.passes.own_colors import join_colors
 from simulator.optics.passes.still_mosaic import still_mosaic, still_name
 from simulator.optics.veiling_glare import add_veiling_glare
@@ -239,8 +240,11 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
         def image(own: OpticsPlan) -> Buffer:
             return still_mosaic(own, tiles, device, planes, progress)
 
+    def through_filter(own: OpticsPlan) -> Buffer:
+        return mean_of_spots(own, device, image) if own.sees_spots else image(own)
+
     with timed(still_name(optics) if optics.motion is None else "motion", device):
-        mosaic = join_colors(optics, device, image) if optics.joins_colors else image(optics)
+        mosaic = join_colors(optics, device, through_filter) if optics.joins_colors else through_filter(optics)
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
             add_veiling_glare(device, mosaic, glare, planned.sensor.irradiance, optics.cfa_macros(), optics.window)
@@ -256,6 +260,8 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
 def _read_areas(planned: Plan, device: Device) -> list[tuple[Projection, Window]]:
     """Windows whose photosites see what is read of the scene, each with its projection."""
     optics = planned.optics
+    if optics.sees_spots:
+        return [area for spot in optics.at_spots() for area in _read_areas(replace(planned, optics=spot), device)]
     if optics.motion is not None:
         window = optics.window
         if optics.motion.method == "swept_first":

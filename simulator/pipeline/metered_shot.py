@@ -211,7 +211,7 @@ def cell_light(scene: Scene, lens: Lens, camera: Camera) -> np.ndarray:
     require(weights.shape[1] == camera.channels, "camera.response", weights.shape[1], f"needs {camera.channels} curves")
     projection, active = plan_projection(seen, lens, camera), camera.active
     across_px, down_px = _cell_edges(active)
-    is_box = projection.is_fine or projection.nearest
+    is_box = projection.has_squares
     down = _pixel_shares(projection.offset_y + projection.scale * down_px, projection.scene_height, is_box)
     across = _pixel_shares(projection.offset_x + projection.scale * across_px, projection.scene_width, is_box)
     rows = np.stack([np.tensordot(share, seen.planes[first : first + len(share)], axes=1) for first, share in down])

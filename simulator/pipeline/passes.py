@@ -101,7 +101,8 @@ def passes_of(
     """
     budget = error_budget(optics)
     projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget, tiles))
-    motion = _motion(optics, still, budget)
+    motion = _by_spot(_motion(optics, still, budget), optics)
+    projection = _by_spot(projection, optics)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
         assert optics.motion is not None and optics.motion.blur is not None  # what is swept is blurred
@@ -332,6 +333,15 @@ def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
     count, pixels = len(optics.cfa.colors), pixels_of(optics)
     method = f"{one.method}, once for each of {count} colours of a filter of {'{} x {}'.format(*optics.cfa.period)}"
     return replace(one, method=method, cost_ms=count * one.cost_ms, scratch_bytes=one.scratch_bytes + 4 * pixels)
+
+
+def _by_spot(one: Pass, optics: OpticsPlan) -> Pass:
+    """Return a pass of a sharp image that runs once for each spot of a low-pass filter."""
+    if not (one.kept and optics.sees_spots):
+        return one
+    count, scratch = len(optics.projection.spots), one.scratch_bytes + 4 * pixels_of(optics)
+    method = f"{one.method}, once for each of {count} spots of the filter"
+    return replace(one, method=method, cost_ms=count * one.cost_ms, scratch_bytes=scratch)
 
 
 def _may_occlude(optics: OpticsPlan) -> bool:

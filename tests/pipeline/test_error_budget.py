@@ -14,6 +14,7 @@ from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.optics.error_term import ErrorTerm
+from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.error_budget import ErrorBudget
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
@@ -108,13 +109,15 @@ def test_a_circle_that_lamps_show_is_left_out_only_where_the_scene_does_not_tell
     assert unknown.sigma > 1.0 and unknown.limit == "input" and "pixels" in unknown.fix
 
 
-def test_samples_that_mix_pixels_behind_a_filter_have_a_term():
-    """2.75 pixels per photosite in 3 samples; where they divide the pixels there is none."""
+def test_samples_that_mix_pixels_behind_a_filter_and_diffraction_have_a_term():
+    """2.75 pixels per photosite in 3 samples; where they divide the pixels there is none, nor behind a filter alone."""
     camera = dataclasses.replace(small_camera(48, 48), low_pass_um=4.0)
+    diffracting = dataclasses.replace(LENS, diffraction=True)
 
-    def found(pixels: int) -> float:
+    def found(pixels: int, lens: ThinLens) -> float:
         scene = band_scene(np.random.default_rng(1).random((pixels, pixels)), 2.0)
-        terms = plan(Shot(scene, LENS, Exposure(0.001), camera)).error_budget.terms
+        terms = plan(Shot(scene, lens, Exposure(0.001), camera)).error_budget.terms
         return sum(term.sigma for term in terms if "mix pixels" in term.cause)
 
-    assert found(132) > 0.1 and found(96) == found(144) == 0.0
+    assert found(132, diffracting) > 0.1
+    assert found(96, diffracting) == found(144, diffracting) == found(132, LENS) == 0.0

@@ -64,7 +64,7 @@ def lacked_sigma(layers: Sequence[Layer], samples: EdgeSamples, projection: Proj
     the samples of a photosite, whose mean lacks so much less.
     """
     scale = projection.scale / over
-    is_square = projection.nearest or scale > 1.0 + SAME  # else a sample is read between pixels
+    is_square = projection.has_squares if over == 1 else projection.nearest or scale > 1.0 + SAME
     side = scale * (projection.open_side if over == 1 else 1.0) if is_square else 1.0
     middles = scale * (np.stack([samples.column, samples.row], axis=-1) + 0.5)
     corners = np.array([projection.offset_x, projection.offset_y]) + middles - 0.5 * side

@@ -22,12 +22,6 @@ operator does over the field, and whatever the motion. Three things break it, ea
 - Light that is sampled on a grid before it is blurred: `squares_left` of random black and white squares, and the spots of lamps
   (`lamp_laws`), as of a scene at rest. Where instants are gathered from the scene's pixels they have nothing of it. Else they
   are sampled alike, and have as much. A path does not lessen it: edges along it stay in their sample.
-- A low-pass filter or an open area whose borders cut samples of light into shares f and 1 - f (`Sampling.cuts`), which are
-  taken as even. Means over samples of even squares at rest are linear from sample to sample, so that this is exact. An image
-  that moves has bends within samples: one by D at a share d of a sample is wrong by D min(d (1 - f), f (1 - d)), which is on
-  average over d D f (1 - f) / 2, and at most D f (1 - f) and D d. Along a way of W samples each bend is within a sample for
-  1 / W of the time. The bends are differences of slopes up to the contrast C, which telescope to 2 C: C f (1 - f) / W is left,
-  at most 2 C f (1 - f), and C W where the way is short.
 """
 
 import math
@@ -71,7 +65,6 @@ class FixedBlur:
     photosite. least_px: blur radius where it is smallest [photosites].
     own_spread_px: `spread_px` of what is not skewed with the spot. can_skew: whether spots can be skewed.
     followed: motion from line to line with which spots are skewed; None: they are as they are.
-    cut: f (1 - f) of samples that the borders of a photosite's light cut; 0: they cut none.
     """
 
     samples_per_axis: int
@@ -85,7 +78,6 @@ class FixedBlur:
     own_spread_px: float = 0.0
     can_skew: bool = False
     followed: Skew | None = None
-    cut: float = 0.0
 
     def following(self, skew: Skew) -> Self:
         """Return the blur of skewed spots, where they can be skewed and are wrong by less."""
@@ -124,12 +116,3 @@ class FixedBlur:
         if self.slope and skew.largest_px > 0.0:
             return math.inf
         return self.sampling_error + self.skew_error(skew, length_px) + self.tilt_error(length_px)
-
-    def cut_error(self, ways_px: tuple[float, float]) -> float:
-        """Return the error of samples that borders cut, as a share of the brightest light; no other method has less of it.
-
-        ways_px: of the path while a line is open, across and down [photosites].
-        """
-        over, cut = self.samples_per_axis, self.cut
-        ways = [over * way_px for way_px in ways_px if cut > 0.0 and way_px > 0.0]
-        return self.contrast / over * sum(min(2.0 * cut, cut / way, way) for way in ways)

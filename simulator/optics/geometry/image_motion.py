@@ -69,12 +69,15 @@ class ImageMotion:
     geometry: of the image. surfaces: front to back. camera: its path; None: it rests.
     drifts_px: (corners, 2) float64, corners of a polygon around the velocities of all pixels of the only surface, to the right
         and down [photosites/s], on top of its path; None: pixels do not move by themselves.
+    spot_px: x, y of the photosites from those of the sensor, where a filter shifts what they see; homographies then take places
+        from this one on to places from this one on.
     """
 
     geometry: ImageGeometry
     surfaces: tuple[Surface, ...]
     camera: CameraPath | None = None
     drifts_px: np.ndarray | None = None
+    spot_px: tuple[float, float] = (0.0, 0.0)
 
     def is_at_rest(self, surface: int) -> bool:
         """Whether the image of a surface is where it is at rest at every instant."""
@@ -141,6 +144,10 @@ class ImageMotion:
             back, shift_m = layer
             found[..., :2, :] -= (distance / depth) * shift_m[..., None] * found[..., 2:, :]
             found = np.concatenate([back @ found, found[..., 2:, :]], axis=-2)
+        if self.spot_px != (0.0, 0.0):
+            there = np.eye(3)
+            there[:2, 2] = self.spot_px
+            found = np.linalg.inv(there) @ found @ there
         return found / found[..., 2:, 2:]
 
     def _check(self, found: np.ndarray, dioptres: np.ndarray) -> None:

@@ -13,7 +13,7 @@ the path.
 import math
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Self
 
 import numpy as np
@@ -103,6 +103,12 @@ class TimedPath:
         """Return the same path, which goes on evenly beyond the sensor's border, as lines would that lie there."""
         found = copy(self)
         found.goes_on = True
+        return found
+
+    def at_spot(self, x_px: float, y_px: float) -> Self:
+        """Return the same path as photosites see it that lie so far from these."""
+        found = copy(self)
+        found.motion = replace(self.motion, spot_px=(x_px, y_px))
         return found
 
     def straight_within(self, straight_px: float) -> Self:
@@ -238,14 +244,6 @@ class TimedPath:
         extent = float(np.linalg.norm(np.ptp(here, axis=0), axis=-1).max(initial=0.0))
         length = float(lengths[longest])
         return PathLength(length, min(float(effective.max()), length), max(length / extent, 1.0) if extent > 0.0 else 1.0)
-
-    @property
-    def ways_px(self) -> tuple[float, float]:
-        """Ways across and down of the longest path while one line is open [photosites]."""
-        extents = np.ptp(self.displacement_px, axis=0)
-        farthest = extents[int(np.linalg.norm(extents, axis=-1).argmax())]
-        along = self.length.longest_px / max(float(np.linalg.norm(farthest)), 1e-300)
-        return float(along * farthest[0]), float(along * farthest[1])
 
     @property
     def slant(self) -> float:

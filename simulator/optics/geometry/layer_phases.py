@@ -76,7 +76,7 @@ class LayerPhases:
 
 def reads_of(projection: Projection, side_px: float) -> int:
     """Most scene pixels that a photosite of this open side [px] touches on an axis."""
-    return math.ceil(side_px - 1e-4) + 1 if projection.is_fine or projection.nearest else 3
+    return math.ceil(side_px - 1e-4) + 1 if projection.has_squares else 3
 
 
 def shares_along(projection: Projection, middles_px: np.ndarray, side_px: float) -> tuple[np.ndarray, np.ndarray]:
@@ -84,7 +84,7 @@ def shares_along(projection: Projection, middles_px: np.ndarray, side_px: float)
 
     side_px: of the photosite's open part, in the scene [px]. Shares are those of kernels/photosite_area.h, in float64.
     """
-    if projection.is_fine or projection.nearest:
+    if projection.has_squares:
         low = middles_px - 0.5 * side_px
         first = np.floor(low)
         begins = first[..., None] + np.arange(reads_of(projection, side_px))
@@ -159,7 +159,7 @@ def _error(phases: Phases, ways_px: np.ndarray, weights: np.ndarray, projection:
 
     ways_px, weights: (lines, instants), displacement to the right and share of the light.
     """
-    is_square, side = projection.is_fine or projection.nearest, projection.open_side
+    is_square, side = projection.has_squares, projection.open_side
     if phases.count == 1 and not phases.per_photosite:
         return 0.0
     per_step = phases.step_px * projection.scale

@@ -357,7 +357,7 @@ def plan_motion(
         reason = f"swept first it would be wrong by {fixed / need.allowed:.2g} times the tolerance"
         can_sweep = deep is None and (vectors is None or blur.samples_per_axis == 1)
         if can_sweep and fixed <= need.allowed:
-            error += fixed + blur.common_error + blur.cut_error(path.ways_px)
+            error += fixed + blur.common_error
             return replace(swept, method="swept_first", error=error, blur=blur)
     if moving.vectors is not None:
         raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)

@@ -42,7 +42,8 @@ class Projection:
     nearest: pixels of a coarse scene are even squares, too, instead of light that is bilinear between them.
     stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
-    low_pass_px: distance of a low-pass filter's spots on either axis that rays see [photosites].
+    low_pass_px: distance of a low-pass filter's spots on either axis [photosites]: rays see them, and a sharp image is the mean
+        of its `spots`.
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
     is_bilinear: whether the scene has fewer pixels than photosites, and light between their centres.
@@ -70,6 +71,18 @@ class Projection:
     def fits_footprint(self) -> bool:
         """Whether light may be averaged over squares of a footprint."""
         return self.is_bilinear and self.warp is None and self.pose is None
+
+    @property
+    def spots(self) -> list[tuple[float, float]]:
+        """Places x, y of the four spots of the low-pass filter from the middle of a photosite [photosites]."""
+        half = 0.5 * self.low_pass_px
+        return [(x, y) for y in (-half, half) for x in (-half, half)]
+
+    def at_spot(self, x_px: float, y_px: float) -> Self:
+        """Return the resampling by photosites that lie so far from these, without a filter before them."""
+        offset = self.offset_x + self.scale * x_px, self.offset_y + self.scale * y_px
+        warp = None if self.warp is None else self.warp.at_spot(x_px, y_px)
+        return replace(self, offset_x=offset[0], offset_y=offset[1], warp=warp, low_pass_px=0.0)
 
     def on_wider_photosites(self) -> Self:
         """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""
@@ -100,6 +113,11 @@ class Projection:
         return self.scale > 1.0 + 1e-6
 
     @property
+    def has_squares(self) -> bool:
+        """Whether photosites see parts of pixels that are even squares; else light between the middles of these."""
+        return self.is_fine or self.nearest or (not self.is_bilinear and self.open_side < 1.0)
+
+    @property
     def reads_pixels(self) -> bool:
         """Whether each photosite has one pixel of the scene, which is its light at its middle: no area counts."""
         is_whole = abs(self.scale - 1.0) < 1e-6 and self.whole_pixels([1]) == 1
@@ -126,7 +144,7 @@ class Projection:
 
     def taps(self, side: float) -> int:
         """Most scene pixels per axis that an area of this side [photosites] touches; 0 where they are no even squares."""
-        if not self.is_fine and not self.nearest:
+        if not self.has_squares:
             return 0
         wide = side * self.scale * self.stretch
         places = self.offset_x, self.offset_y, self.scale, side * self.scale

@@ -96,6 +96,10 @@ class Warp:
         yy = radial + slope * b * b + 2.0 * d.p2 * a + 6.0 * d.p1 * b
         return new_a, new_b, xx, slope * a * b + 2.0 * d.p1 * a + 2.0 * d.p2 * b, yy
 
+    def at_spot(self, x_px: float, y_px: float) -> Self:
+        """Return the same distortion on photosites that lie so far from these."""
+        return replace(self, centre_x_px=self.centre_x_px - x_px, centre_y_px=self.centre_y_px - y_px)
+
     def on_wider_photosites(self) -> Self:
         """Return the same distortion, counted in photosites twice as wide."""
         centre = 0.5 * self.centre_x_px, 0.5 * self.centre_y_px

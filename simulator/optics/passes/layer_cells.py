@@ -70,7 +70,7 @@ class _Cells:
         self.find, self.band_rows = find, max(BAND_CELLS // count, 1)
         self.projection, self.layers = optics.projection, optics.covering_layers
         self.scale = self.projection.scale / over
-        is_square = self.projection.nearest or self.scale > 1.0 + SAME_SCALE  # else a sample is read between pixels
+        is_square = self.projection.has_squares if over == 1 else self.projection.nearest or self.scale > 1.0 + SAME_SCALE
         self.side_px = self.scale * (self.projection.open_side if over == 1 else 1.0) if is_square else 1.0
         self.is_everywhere = is_everywhere
 

@@ -77,7 +77,7 @@ class LayerMeans:
     @property
     def is_square(self) -> bool:
         """Whether the scene's pixels are even squares."""
-        return self.optics.projection.is_fine or self.optics.projection.nearest
+        return self.optics.projection.has_squares
 
     def grid(self, ways: np.ndarray, x: int, columns: int, rows: range, step: int) -> Grid:
         """Return the means that rows of photosites of the sensor see, `columns` of them from column x on.

@@ -146,8 +146,6 @@ class FieldPsf:
     @cached_property
     def reach_px(self) -> int:
         """Half width of the largest kernel [photosites]."""
-        if self.is_squares:
-            return self.sampling.squares_reach_px(self.pitch_um)
         found = (self._slab_psf(slab) for slab in range(len(self.radii_px)))
         size = max(1 if lens is None else lens.size_px for lens in found)
         return size // 2 + self.sampling.margin_px(self.pitch_um, self.footprint)
@@ -160,11 +158,6 @@ class FieldPsf:
     def sampled(self, projection: Projection) -> Projection:
         """Return the resampling of a scene by the samples that kernels are applied to."""
         return projection if self.footprint is None else replace(projection, footprint=self.footprint)
-
-    @property
-    def is_squares(self) -> bool:
-        """Whether kernels have only the squares of light samples and photosites."""
-        return self.lens_psf is None and self.by_distance and self.even_squares
 
     def is_continuous(self, slab: int) -> bool:
         """Whether a slab and the one before it are adjacent in blur radius, so that they may be one surface."""
@@ -198,8 +191,6 @@ class FieldPsf:
             kept = np.maximum(kernel, 0.0)
             return kept * (kernel.sum() / kept.sum())
         key = slab, channel, row, column
-        if key not in self._kernels and self.is_squares:
-            self._kernels[key] = self.sampling.squares(self.pitch_um, self.over)
         if key not in self._kernels:
             own = self._own_node(row, column)
             self._kernels[key] = self._make_kernel(slab, channel, own) if own == (row, column) else self._mirrored(key, own)
@@ -208,13 +199,13 @@ class FieldPsf:
     @property
     def spreads_squares(self) -> bool:
         """Whether highlights are even squares of light behind kernels in focus that hold detail finer than photosites."""
-        in_focus = self.by_distance and self.radii_px == (0.0,) and not self.is_squares
+        in_focus = self.by_distance and self.radii_px == (0.0,)
         return in_focus and self.even_squares and not (isinstance(self.lens_psf, PsfTable) and self.lens_psf.cells == 1)
 
     def _square_kernel(self, channel: int, row: int, column: int) -> np.ndarray:
         """Kernel at a node from even squares, laid out as of `Sampling.phases`, without negative values."""
         cells, per_photosite = self.point_cells(channel, row, column)
-        size = None if self.lens_psf is None else (len(cells), per_photosite)
+        size = len(cells), per_photosite
         reach, width = self.reach_px, 1.0 / self.over
         away = [np.arange(-reach, reach + 1) + (self.over - 1 - 2 * phase) / (2 * self.over) for phase in range(self.over)]
         lines = [line_weights(self.sampling, self.pitch_um, one, width, size) for one in away]

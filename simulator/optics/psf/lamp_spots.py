@@ -37,9 +37,6 @@ class LampSpots:
         node: of the point spread functions over the sensor. place: of the pixel in its photosite, down and right.
         """
         key = channel, *node, *place
-        if self.psf.lens_psf is None:
-            down, across = (self._line(one)[:, 0] for one in place)
-            return np.outer(down, across)
         if key not in self._spots:
             half = *key[:3], place[0]
             if half not in self._halves:
@@ -52,13 +49,11 @@ class LampSpots:
 
     @property
     def _per_photosite(self) -> int:
-        return 1 if self._size is None else self._size[1]
+        return self._size[1]
 
     @cached_property
-    def _size(self) -> tuple[int, int] | None:
-        """Cells across the lens's point spread function, and per photosite; None: an ideal lens."""
-        if self.psf.lens_psf is None:
-            return None
+    def _size(self) -> tuple[int, int]:
+        """Cells across the lens's point spread function, and per photosite."""
         cells, per_photosite = self.psf.point_cells(0, 0, 0)
         return len(cells), per_photosite
 

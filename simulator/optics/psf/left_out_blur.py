@@ -19,8 +19,7 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import WAVE_CURVATURE, Accuracy
 from simulator.optics.defocus.strip_contrast import border_contrast
-from simulator.optics.psf.field_psf import FieldPsf
-from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.geometry.footprint import Footprint
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.scene.scene import Scene
@@ -30,11 +29,20 @@ FARTHEST_PX = 1.0  # border from the middle of a photosite, of spots of a low-pa
 STEP = 2.0 / (3.0 * math.pi)  # mean of |x| over half a disk [radii]
 OF_STEPS = 0.5 * (2.0 * math.pi / 9.0) ** 2 / WAVE_CURVATURE  # bend of a wave of 9 photosites, over its second difference
 
+WHOLE = Footprint()  # of a photosite
+
 LensPsf = WavefrontPsf | PsfTable | None
 
 
 def left_out_error(
-    scene: Scene, to_share: np.ndarray, accuracy: Accuracy, scale: float, psf: FieldPsf | None, radius_px: float
+    scene: Scene,
+    to_share: np.ndarray,
+    accuracy: Accuracy,
+    scale: float,
+    radius_px: float,
+    lens: LensPsf = None,
+    area: Footprint = WHOLE,
+    corner_radius: float = 1.0,
 ) -> float:
     """Error of leaving out blur circles of up to a radius, as a share of the brightest light.
 
@@ -42,12 +50,11 @@ def left_out_error(
     photosite, lambda N of 0.1 to 2 photosites or none, spots of a low-pass filter and open areas, and radii of 0.1 to 0.4.
 
     to_share: (bands, channels) shares of the brightest light per unit of the scene's planes. scale: scene pixels per photosite,
-    above 1. psf: of lens and camera; None: there is none.
+    above 1. lens: None: an ideal one. area: open squares of a photosite behind its filter. corner_radius: of the pupil [radii].
     """
-    lens, sampling, pitch_um = (None, Sampling(), 1.0) if psf is None else (psf.lens_psf, psf.sampling, psf.pitch_um)
-    corner_px = radius_px * (1.0 if psf is None else psf.pupil.corner_radius)
+    corner_px = radius_px * corner_radius
     share, beside_px = crossing_share(radius_px, sharpness(lens))
-    width, spots = math.sqrt(sampling.fill_factor), np.array([-0.5, 0.5]) * sampling.low_pass_um / pitch_um
+    width, spots = area.side_px, np.array([-0.5, 0.5]) * area.low_pass_px
     borders_px = np.minimum(np.abs(0.5 * width + np.unique(spots)), FARTHEST_PX)
     steps = [border_contrast(layer, to_share, accuracy, scale, borders_px, max(beside_px, corner_px)) for layer in scene.layers]
     return OF_STEPS * share * kept_share(lens) * max(steps) / width

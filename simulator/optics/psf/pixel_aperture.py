@@ -60,30 +60,6 @@ class Sampling:
         plain = footprint is not None or (self.fill_factor == 1.0 and self.low_pass_um == 0.0)
         return 1 if plain else RINGING_PX + math.ceil(0.5 * self.low_pass_um / pitch_um)
 
-    def cuts(self, pitch_um: float, over: int) -> list[float]:
-        """Shares at which the outer and the inner borders of a photosite's spots cut samples, `over` per photosite and axis."""
-        width, apart = math.sqrt(self.fill_factor), self.low_pass_um / pitch_um
-        return [(0.5 * over * (1.0 + abs(width + way))) % 1.0 for way in (apart, -apart)]
-
-    def squares_reach_px(self, pitch_um: float) -> int:
-        """Half width of the kernels of `squares` [photosites]."""
-        return math.ceil(0.5 * self.low_pass_um / pitch_um + 0.5 * math.sqrt(self.fill_factor) + 0.5)
-
-    def squares(self, pitch_um: float, over: int) -> np.ndarray:
-        """Kernels from light samples that are even squares to photosites, laid out as of `phases`: exact, none negative.
-
-        A sample has the share of a photosite that its square has of the light-sensitive squares which the spots move about.
-        """
-        reach, width, apart = self.squares_reach_px(pitch_um), math.sqrt(self.fill_factor), 0.5 * self.low_pass_um / pitch_um
-        inside = (np.arange(over) + 0.5) / over - 0.5
-        middle = inside[:, None] - np.arange(-reach, reach + 1)[None, :]
-        line = np.zeros(middle.shape)
-        for spot in (-apart, apart):
-            first = np.maximum(middle - 0.5 / over, spot - 0.5 * width)
-            last = np.minimum(middle + 0.5 / over, spot + 0.5 * width)
-            line += 0.5 * np.maximum(last - first, 0.0) / width
-        return np.array([down[:, None] * across[None, :] for down in line for across in line])
-
     def footprint(self, pitch_um: float) -> Footprint:
         """Squares over which photosites average light behind the filter."""
         return Footprint(math.sqrt(self.fill_factor), self.low_pass_um / pitch_um)

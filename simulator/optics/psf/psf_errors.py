@@ -131,8 +131,7 @@ def undrawn_error(
     light = accuracy.peak * accuracy.brightest if lamps is None else lamps.rest
     samples_pixels = projection.nearest and not projection.is_fine  # each sample is one pixel, however wide: none is cut
     is_whole = samples_pixels or projection.whole_pixels((psf.over,)) == psf.over
-    is_exact = (psf.spreads_squares and is_whole) or (psf.is_squares and samples_pixels)
-    if is_exact or not psf.highlight_limits or light <= LAMP_TIMES * min(psf.highlight_limits):
+    if (psf.spreads_squares and is_whole) or not psf.highlight_limits or light <= LAMP_TIMES * min(psf.highlight_limits):
         return 0.0
     spot = max(1.0, math.pi * smallest_px**2) if smallest_px is not None else 1.0
     lamp_e, dark_e = (accuracy.electrons_per_radiance * one for one in (light / spot, dark()))
@@ -167,27 +166,6 @@ def _pixel_in_samples(psf: FieldPsf, away: np.ndarray, width: float, is_tent: bo
     if psf.footprint is not None:
         return psf.footprint.of_pixel(away, width)
     return shared_length(Sampling(), 1.0, away, width, is_tent=is_tent)
-
-
-def bent_light_error(sampling: Sampling, pitch_um: float, over: int, scale: float, bend: float) -> float:
-    """Error of samples of light, `over` per photosite and axis, that are taken as even squares, in units of `bend`.
-
-    bend: largest second difference of the pixels of a scene, along both axes together, between which its light is linear.
-    scale: of those per photosite, below 1.
-
-    A border of a photosite that the filter or the open area moves cuts a sample of width h = 1 / over, of light of slope s,
-    into f and 1 - f. The part that is seen has f h times the mean of the whole instead of its own mean: wrong by
-    s h^2 f (1 - f) / 2. The other border that the mirrored spot has cuts another sample into 1 - f and f, with the opposite
-    sign, so that equal slopes cancel: what is left is the change of the slope between both, which is `scale` bends at each
-    pixel in between. The borders lie w + 2 a apart, of the open width w and the spots at a and -a, or those nearer together
-    w - 2 a; each pair has half of the light. A bend in a sample that is cut counts less. Along both axes the errors add, to the
-    root of two times that of both together.
-    """
-    width, apart, found = math.sqrt(sampling.fill_factor), sampling.low_pass_um / pitch_um, 0.0
-    for way, share in zip((apart, -apart), sampling.cuts(pitch_um, over), strict=True):
-        pixels = math.floor(scale * (abs(width + way) + 2.0 / over)) + 1.0
-        found += 0.25 * share * (1.0 - share) * pixels / over**2
-    return math.sqrt(2.0) * bend * scale * found / width
 
 
 def photosite_light_error(radius_px: float) -> float:

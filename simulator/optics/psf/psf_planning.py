@@ -29,7 +29,7 @@ from simulator.optics.psf.fraunhofer import ROUND, Opening
 from simulator.optics.psf.gather_kernels import choose_core, fits_gather
 from simulator.optics.psf.lamps import LIMIT_TIMES, Lamps, find_lamps
 from simulator.optics.psf.pixel_aperture import Sampling
-from simulator.optics.psf.psf_errors import bent_light_error, core_error
+from simulator.optics.psf.psf_errors import core_error
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.slab_kernels import plan_slabs
@@ -48,8 +48,7 @@ SMOOTH_PX = 0.5  # blur radius from which light between photosites is smooth [ph
 DARK = 0.1  # share of a scene that is the dark side of its edges
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
-BENT_SHARE = 0.25  # of the allowed error, for bends of light within samples that kernels divide
-KERNEL_SHARE = 0.5  # of it, for bends within samples that kernels of a lens spread; cores have the rest
+KERNEL_SHARE = 0.5  # of the allowed error, for bends within samples that kernels of a lens spread; cores have the rest
 FOOTPRINT_SHARE = 0.8  # of the tolerance of the photograph, for the same of samples of a footprint
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
 WAVELENGTHS = {1: 7, 3: 3, 4: 3}  # per channel, by the number of channels
@@ -117,7 +116,7 @@ def plan_visible_psf(
 ) -> tuple[FieldPsf | None, Skipped | None, Lamps | None]:
     """PSF of a shot, None where it has no visible effect, why it is left out, None where it is not, and lamps that are drawn.
 
-    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. bend: returns what `bent_light_error` takes.
+    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. bend: returns that of the scene's light (`scene_bends`).
     whole: tolerance of the photograph, of which `accuracy` has that of each approximation. focus_px: of `plan_psf`.
     draws_lamps: whether lamps may be, and samples have a footprint.
     Raises PhotositeError as `plan_psf`.
@@ -129,10 +128,7 @@ def plan_visible_psf(
     if psf is None:
         return None, None, None
     psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
-    if psf.lens_psf is None and psf.by_distance and not (projection.is_fine or projection.nearest):
-        over = _over_of_bends(psf, projection, accuracy, bend()) if projection.is_bilinear else 1  # one pixel: an even square
-        psf = replace(psf, over=over)
-    elif psf.by_distance and projection.is_bilinear and len(psf.radii_px) == 1:  # the device has slabs of photosites only
+    if psf.by_distance and projection.is_bilinear and len(psf.radii_px) == 1:  # the device has slabs of photosites only
         psf = _with_samples(psf, projection, accuracy, bend(), camera.channels, whole if draws_lamps else None)
     limits = () if _is_smooth(psf, defocus, accuracy) else highlight_thresholds(scene, weights)
     psf = replace(psf, highlight_limits=limits, even_squares=_has_squares(psf, projection))
@@ -174,25 +170,11 @@ def _at_own_distances(
 
 
 def _has_squares(psf: FieldPsf, projection: Projection) -> bool:
-    """Whether samples of light are taken as even squares, alone or behind the optics of a lens.
+    """Whether samples of light are taken as even squares behind the optics of a lens.
 
-    Samples of a finer scene are means over several squares. Behind an ideal lens pixels as large as photosites are squares, and
-    samples of a coarser scene, whose light bends, are wrong by `bent_light_error`; optics see no edges between those.
+    Samples of a finer scene are means over several squares, and optics see no edges between those of a coarser one.
     """
-    if psf.lens_psf is None and not projection.is_fine:
-        return True
     return (projection.is_fine or projection.nearest) and projection.scale <= psf.over + 0.5
-
-
-def _over_of_bends(psf: FieldPsf, projection: Projection, accuracy: Accuracy, bend: float) -> int:
-    """Fewest samples of a coarse scene's light, per photosite and axis, that keep BENT_SHARE of the allowed error.
-
-    Those with the least error where none do.
-    """
-    counts = range(1, MOST_OVER + 1)
-    errors = [bent_light_error(psf.sampling, psf.pitch_um, over, projection.scale, bend) for over in counts]
-    good = [over for over, error in zip(counts, errors, strict=True) if error <= BENT_SHARE * accuracy.allowed]
-    return good[0] if good else counts[int(np.argmin(errors))]
 
 
 def _with_samples(
@@ -256,14 +238,14 @@ def plan_psf(
     tolerance: float = 0.0,
     focus_px: float = 0.0,
 ) -> FieldPsf | None:
-    """PSF of a shot, whether visible or not; None for an ideal lens and photosites that are sensitive all over.
+    """PSF of a shot, whether visible or not; None for an ideal lens, and photosites that are sensitive all over or in focus.
 
     scale: scene pixels per photosite. tolerance: as in `Shot`; 0: wave optics at every distance.
     focus_px: signed blur radius of kernels by distance where no surface is blurred otherwise [photosites].
     Raises PhotositeError for a PSF file that cannot be read or does not hold what the scene needs.
     """
     sampling, lens_psf = Sampling(camera.fill_factor, camera.low_pass_um), _plan_lens_psf(lens, camera, scene)
-    if lens_psf is None and sampling == Sampling():
+    if lens_psf is None and (defocus is None or sampling == Sampling()):
         return None
     radii_px, by_distance = _choose_slabs(lens_psf, lens, defocus, camera.pixel_pitch_um, focus_px)
     corrected_px: tuple[float, ...] = ()

@@ -16,18 +16,16 @@ def line_weights(
     pitch_um: float,
     away_px: np.ndarray,
     width_px: float,
-    size: tuple[int, int] | None,
+    size: tuple[int, int],
     *,
     is_tent: bool = False,
 ) -> np.ndarray:
     """Weights of the cells of a kernel in photosites so far from the middle of a pixel of light 1, (photosites, cells) float64.
 
     The light of a photosite is down @ cells @ across.T. size: cells across, and per photosite, both odd, which are integrals of
-    a function that is band-limited to them; None: an ideal lens of one cell. width_px: of the pixel [photosites]. is_tent:
-    whether its light is bilinear, and twice as wide at its foot.
+    a function that is band-limited to them. width_px: of the pixel [photosites]. is_tent: whether its light is bilinear, and
+    twice as wide at its foot.
     """
-    if size is None:
-        return shared_length(sampling, pitch_um, away_px, width_px, is_tent=is_tent)[:, None]
     period = 2 * math.ceil(np.abs(away_px).max() + 0.5 * size[0] / size[1] + 1.0)
     cycles, spectrum = _spectrum(sampling, *size, pitch_um, width_px, is_tent, period)
     return np.ascontiguousarray(np.real(np.exp(2j * math.pi * np.outer(away_px, cycles)) @ spectrum))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from simulator.optics.geometry.fixed_blur import MOST_SKEW, FixedBlur, Skew
-from simulator.optics.psf.pixel_aperture import Sampling
 
 BLUR = FixedBlur(1, 0.8, 2.0, own_spread_px=0.1, can_skew=True)
 EVEN = Skew(0.03, -0.04, 0.0, 0.05)
@@ -44,23 +43,3 @@ def test_a_skewed_place_sees_what_its_own_row_would_see():
     x, y = np.array([0.0, 3.0, -2.0]), np.array([2.0, -1.5, 0.0])
     skewed = np.stack([x + across * y, y + down * y])
     assert np.allclose(skewed + np.array([[EVEN.x_px], [EVEN.y_px]]) * skewed[1], [x, y])
-
-
-@pytest.mark.parametrize("spots_px", [0.2, 0.5, 0.87])
-@pytest.mark.parametrize("way_px", [0.1, 0.5, 1.3, 4.35, 9.0])
-def test_what_borders_cut_of_moving_samples_is_bounded(way_px, spots_px):
-    """Random even squares that move along a row behind a low-pass filter, in float64: samples between which light is linear."""
-    light = np.random.default_rng(5).random(400)
-    sums, fine = np.concatenate([[0.0], np.cumsum(light)]), np.arange(401.0)
-
-    def swept(x: np.ndarray) -> np.ndarray:
-        moved = x[:, None] + way_px * (np.arange(200) + 0.5) / 200
-        return (np.interp(moved + 0.5, fine, sums) - np.interp(moved - 0.5, fine, sums)).mean(axis=1)
-
-    middles, apart = np.arange(20, 380) + 0.5, 0.5 * spots_px
-    true = 0.5 * (swept(middles - apart) + swept(middles + apart))
-    at = swept(middles)
-    found = (1.0 - apart) * at[1:-1] + 0.5 * apart * (at[:-2] + at[2:])
-    (share, _), contrast = Sampling(1.0, spots_px).cuts(1.0, 1), float(np.abs(np.diff(light)).max())
-    law = FixedBlur(1, contrast, 1.0, cut=share * (1.0 - share)).cut_error((way_px, 0.0))
-    assert 0.15 * law < np.abs(found - true[1:-1]).max() <= law

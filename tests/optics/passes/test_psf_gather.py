@@ -20,7 +20,6 @@ LENSES = {
     "f/8": (lens(8.0, diffraction=True), {}),
     "f/1.4": (lens(1.4, diffraction=True), {}),
     "spherical": (lens(5.6, aberrations=Aberrations(spherical_um=0.4)), {}),
-    "low-pass": (lens(8.0), {"low_pass_um": 2.4}),
     "all": (lens(8.0, diffraction=True), {"low_pass_um": 2.4, "fill_factor": 0.6}),
 }
 

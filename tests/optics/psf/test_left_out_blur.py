@@ -12,12 +12,10 @@ from scipy.special import j1
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.left_out_blur import left_out_error, sharpness
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
-from simulator.optics.pupil.pupil import Pupil
 from simulator.pipeline.planner import plan
 from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot
@@ -60,14 +58,13 @@ def test_circles_that_are_left_out_keep_to_their_law(ratio, sampling):
     parts = np.sinc(along / PARTS) * np.exp(-1j * np.pi * along / PARTS)  # even squares, aside by a half
     line = sampling.transfer(along / PITCH_UM, PITCH_UM) * parts
     lens = WavefrontPsf(Aberrations(), ratio * PITCH_UM / 0.55, PITCH_UM, ((550.0,),), 1) if ratio else None
-    psf = FieldPsf(lens, Pupil(), sampling, PITCH_UM, SCALE, (0.0,), True, (SIZE, SIZE), (1, 1))
     shares: list[float] = []
     for pixels in (rectangles(rng), rng.random((SCALE * SIZE, SCALE * SIZE))):
         light = np.fft.fft2(np.kron(pixels, np.ones((PARTS // SCALE, PARTS // SCALE)))) * line[:, None] * line
         scene = load_scene(band_scene(pixels, 2.0))
         for radius_px in (0.2, 0.3):
             error = np.fft.ifft2(light * spread_by(radius_px, ratio, frequency)).real[PARTS // 2 :: PARTS, PARTS // 2 :: PARTS]
-            told = left_out_error(scene, np.ones((1, 1)), BRIGHT, float(SCALE), psf, radius_px)
+            told = left_out_error(scene, np.ones((1, 1)), BRIGHT, float(SCALE), radius_px, lens, sampling.footprint(PITCH_UM))
             shares.append(float(np.quantile(np.abs(error[3:-3, 3:-3]), 0.999)) / told)
     assert 0.3 < max(shares) <= 1.0
 
@@ -81,13 +78,12 @@ def test_a_shot_states_what_circles_bring_over_borders_behind_a_sharp_lens():
     assert isinstance(optics.psf.lens_psf, WavefrontPsf)
     to_share = optics.accuracy.electrons_per_radiance / optics.accuracy.electrons * optics.weights
 
-    def left(psf):
-        scale, radius_px = optics.projection.scale, optics.ignored_px
-        return left_out_error(optics.scene, to_share, optics.accuracy, scale, psf, radius_px)
+    def left(lens):
+        return left_out_error(optics.scene, to_share, optics.accuracy, optics.projection.scale, optics.ignored_px, lens)
 
-    assert optics.contrast.crossed == left(optics.psf)
+    assert optics.contrast.crossed == left(optics.psf.lens_psf)
     lenses = [dataclasses.replace(optics.psf.lens_psf, f_number=f_number) for f_number in (0.5, 1.0, 2.0)]
-    faster = [left(dataclasses.replace(optics.psf, lens_psf=lens)) for lens in lenses]
+    faster = [left(lens) for lens in lenses]
     assert left(None) >= faster[0] > faster[1] > faster[2]
 
 

@@ -9,7 +9,6 @@ from helpers.fine_frame import fine_shot, frame_radiance
 from helpers.lens_frame import LENS
 from helpers.light_through_filter import through_filter
 
-from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.pipeline.planner import plan
 from simulator.sensor.camera.camera import Window
 
@@ -17,28 +16,15 @@ SHAPE = (30, 40)  # photosites
 INNER = (slice(4, -4), slice(4, -4))
 
 
-@pytest.mark.parametrize("over", [1, 2, 3, 4])
-@pytest.mark.parametrize(("fill_factor", "low_pass_um"), [(1.0, 3.0), (0.49, 0.0), (0.81, 7.1)])
-def test_squares_share_their_light_out(fill_factor, low_pass_um, over):
-    """All shares of one place of a photosite are 1 together, none is negative, and an even field stays even."""
-    sampling = Sampling(fill_factor, low_pass_um)
-    kernels = sampling.squares(5.0, over)
-    assert kernels.shape == (over**2, *(2 * [2 * sampling.squares_reach_px(5.0) + 1])) and kernels.min() >= 0.0
-    assert kernels.sum() == pytest.approx(1.0, abs=1e-12)
-    rim = np.ones(kernels.shape[1:], bool)
-    rim[1:-1, 1:-1] = False
-    assert kernels[:, rim].sum() == 0.0 or low_pass_um > 5.0  # the reach holds all of it
-
-
 @pytest.mark.parametrize("scale", [1, 2, 3, 4])
 @pytest.mark.parametrize(("fill_factor", "spots_px"), [(1.0, 0.5), (1.0, 0.7), (0.64, 0.6)])
 def test_a_low_pass_filter_over_squares_is_exact(scale, fill_factor, spots_px):
-    """Random pixels, dark to bright, through the device's gather: no photosite is off by more than single precision."""
+    """Random pixels, dark to bright: no photosite is off by more than single precision."""
     pixels = 0.05 + 0.95 * (np.random.default_rng(scale).random((scale * SHAPE[0], scale * SHAPE[1])) < 0.5)
     shot = fine_shot(pixels, SHAPE, 0.0, 5000.0, fill_factor)
     shot = dataclasses.replace(shot, camera=dataclasses.replace(shot.camera, low_pass_um=5.0 * spots_px))
     found, planned = frame_radiance(shot)
-    assert planned.optics.psf is not None and planned.optics.psf.even_squares
+    assert planned.optics.sees_spots and planned.error_budget.predicted_sigma == 0.0
     truth = through_filter(pixels, SHAPE, spots_px, math.sqrt(fill_factor))
     assert np.abs(found - truth)[INNER].max() < 5e-5  # thirds of a photosite are places in single precision
 

@@ -57,10 +57,13 @@ def test_a_wave_keeps_the_contrast_of_pupil_and_photosite(f_number, qx, qy):
 @pytest.mark.parametrize(("fill_factor", "low_pass_um"), [(1.0, 2.2), (0.5, 3.0), (0.7, 3.0), (1.0, 5.0)])
 @pytest.mark.parametrize(("qx", "qy"), WAVES)
 def test_aperture_and_filter_have_their_transfer(fill_factor, low_pass_um, qx, qy):
-    """With a filter; an aperture alone needs no kernels (tests/optics/passes/test_scene_gather.py)."""
+    """The scene's pixels are even squares: waves of their grid beside that of q look the same to photosites."""
     camera = green_camera(fill_factor=fill_factor, low_pass_um=low_pass_um)
     side, apart = math.sqrt(fill_factor), low_pass_um / PITCH_UM
-    expected = np.prod([np.sinc(side * q) * math.cos(math.pi * apart * q) for q in (qx, qy)])
+    images = np.arange(-400, 401)
+    waves = [q + FINE * images for q in (qx, qy)]
+    passed = [np.sinc(side * wave) * np.cos(math.pi * apart * wave) * np.sinc(wave / FINE) for wave in waves]
+    expected = np.prod([np.sinc(q / FINE) * (1 - 2 * (images % 2)) @ one for q, one in zip((qx, qy), passed, strict=True)])
     assert wave_frame(qx, qy, camera, lens()) == pytest.approx(expected, abs=5e-4)
 
 
