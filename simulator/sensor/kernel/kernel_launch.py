@@ -19,6 +19,7 @@ from simulator.sensor.stages.stage import Means, Stage
 LARGEST_PLACE_PX = 2**24  # x and y lie below it: float32 represents integers exactly up to there
 TILE_PX = 512  # most columns of a tile on a CPU: means differ more in a wider one, and more tiles need the code for all means
 FEW_PX = 2**16  # photosites up to which one build for all means pays: a build takes 0.5 s, and such a frame 1 ms at most
+LAUNCH_PX = 2**15  # photosites for which the code for all means takes as much longer as a launch costs: 0.15 ms
 VECTOR_PX = 32  # columns that a CPU computes at once: several registers, so that few instructions wait for the one before
 REQUIRED = tuple(stem for stem in stage_order() if FUSED[stem].is_required)
 
@@ -131,14 +132,16 @@ def launch_sensor(
     elif counts.any():
         found = _poisson_variants(device, source, shape, settings, columns, rows, tile_height)
         means = np.where(counts[frame_of_row, np.newaxis], found, means)
+    sizes = np.outer(np.diff(rows), np.diff(columns))
     for group in form_launch_groups(settings, part.stems, device.constant_bytes):
         numbers = device.upload(group.numbers)
         seeds = device.upload(_seeds([settings[place] for place in group.places]))
         inside = np.isin(frame_of_row, group.places)[:, np.newaxis]
-        for variant in np.unique(means[inside[:, 0]]):
+        variants = np.where(inside, join_rare_variants(means, sizes * inside), means)
+        for variant in np.unique(variants[inside[:, 0]]):
             macros = {**group.defines, "POISSON_VARIANT": int(variant), "PART": int(part)}
             macros |= {"AT_ONCE": vector, "WORK_ITEMS": work_items}
-            found = tiles.join_pairs(columns, rows, (means == variant) & inside)
+            found = tiles.join_pairs(columns, rows, (variants == variant) & inside)
             tiles_of = _tiles(found, pairs, rows, height, settings, group.places)
             widest, highest = found[:, 2:].max(axis=0).tolist()
             device.run(
@@ -154,6 +157,20 @@ def launch_sensor(
                 width=width,
                 widest=widest,
             )
+
+
+def join_rare_variants(variants: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return the PoissonVariant of each tile, ALL for the tiles of rare variants, where the launches that this saves cost more.
+
+    variants: PoissonVariant of each tile. sizes: photosites of each tile, same shape; 0 where it is not of this launch.
+    """
+    photosites = np.bincount(variants.ravel(), sizes.ravel(), len(PoissonVariant))
+    is_all = np.arange(len(PoissonVariant)) == PoissonVariant.ALL
+    rarest = [variant for variant in np.argsort(photosites, kind="stable") if photosites[variant] and not is_all[variant]]
+    saved = np.arange(len(rarest)) + (photosites[PoissonVariant.ALL] > 0)  # launches, where the rarest up to each are joined
+    worth = np.flatnonzero(np.cumsum(photosites[rarest]) <= LAUNCH_PX * saved)
+    joined = rarest[: worth[-1] + 1] if len(worth) else []
+    return np.where(np.isin(variants, joined), PoissonVariant.ALL, variants)
 
 
 def _seeds(settings: Sequence[FrameSetting]) -> np.ndarray:
