@@ -8,7 +8,6 @@ struct sampling {
     uint patch_rows;      // of `windows`
     uint point_count;     // most points of a block
     uint least;           // points after which means are compared for the first time, a power of two; they are again at each power of two
-    uint cfa;             // colour planes of the filter's pattern of 2 x 2 photosites [row][column], a byte each; a frame of any takes one build
     uint first_color;     // of mosaic_colors.h
     uint normalise;       // 1: light is divided by the share of rays that meet a surface, so that rays that meet none do not darken it
     float slope, offset;  // allowed squared difference [(e- s^-1 um^-2 sr^-1)^2]: slope * light + offset

@@ -5,8 +5,8 @@
 // change (simulator/optics/defocus/aperture_kernel.py); small images are read from the samples themselves.
 //
 // sampled: (planes, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, and with
-//          COVERAGE 1 one plane of coverage (0 to 1) after the CHANNELS colours; interleaved columns, a band with its margins.
-// sums:    (CHANNELS + COVERAGE, COLUMN_SETS, sample_rows + 2, set_columns) float32, of this surface. Rows 0 to sample_rows: sum of all
+//          COVERAGE 1 one plane of coverage (0 to 1) after the colours; interleaved columns, a band with its margins.
+// sums:    (channels + COVERAGE, COLUMN_SETS, sample_rows + 2, set_columns) float32, of this surface. Rows 0 to sample_rows: sum of all
 //          samples above the row in its column, each less the column's minimum, which keeps sums and so their rounding
 //          errors small; these do not add up (Kahan). Last row: the column's minimum.
 // radius:  (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus; OVER 1.
@@ -18,7 +18,6 @@
 // entries: (corners, nodes that tiles name) int32, place in `nodes` of the node that holds at that corner; ZONE 0: not read.
 #include "conventions.h"
 #include "aperture_mean.h"
-#include "cfa.h"
 #include "interleaved_columns.h"
 #include "mosaic_colors.h"
 #include "row_band.h"
@@ -71,7 +70,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
     const size_t column = tile.column + get_global_id(0) * SPAN;
     if (y >= band.height) return;
     const size_t first = COLUMN_SETS * surface.first_plane, map = 2 * surface.map + parity;
-    const size_t colour = COLUMN_SETS * (COLORS > 1 ? surface.first_color : cfa_plane((uint)band.frame_x + parity, y));
+    const size_t colour = COLUMN_SETS * (COLORS > 1 ? surface.first_color : band_color((uint)parity, row, band));
     global const float *own = radius + row_start(map, surface.map_row + row, surface.map_rows, columns) + column;
     global const float *sharp = sampled + row_start(first + colour + parity, row, rows, columns) + column;
     float sum[(COLORS + 1) * SPAN], mean[SPAN], share[SPAN]; // sum: of each colour, and of coverage
@@ -86,7 +85,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
             for (uint i = 0; i < SPAN; i++)
                 share[i] = corner_share(corner, zone_place(first_x + 2 * i), down) * (NODES ? node_weight(own[i] * NODES_PER_PX, node.radius) : 1.0f);
             for (uint what = 0; what < COLORS + COMPOSITE; what++) {
-                const size_t set = what == COLORS ? COLUMN_SETS * CHANNELS : colour + COLUMN_SETS * what;
+                const size_t set = what == COLORS ? COLUMN_SETS * (size_t)band.channels : colour + COLUMN_SETS * what;
                 global const float *values = sampled + row_start(first + set, OVER * row, rows, columns) + column;
                 global const float *summed = sums + row_start(set, OVER * row, rows + 2, columns) + column;
                 global const float *low = sums + row_start(set, rows + 1, rows + 2, columns) + column;

@@ -5,18 +5,17 @@
 // A photosite sees the highlight through the one point u = (p - x) / s_p of the aperture. With the slope g of its surface's radius an
 // area dp of the surface fills du = (1 - g u) dp / s^2 of the aperture.
 //
-// sampled: (LAYERS, CHANNELS + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, as `planes` of occlusion.cl.
+// sampled: (LAYERS, channels + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, as `planes` of occlusion.cl.
 // places:  (samples) uint32, elements of `sampled` that are changed. left: (samples) float32, the values that they get.
 // radius, light, slabs: as in occlusion.cl. blocks: (blocks, 4) uint32, as the first four numbers there.
 // ranges:  (blocks, 2) uint32: first entry of a block in `reaching`, and number of entries.
 // reaching: (entries) uint32: which of `highlights` reach the block.
 // highlights: (highlights, 5) int32: column and row of the highlight's sample in the band, layer, first element and side of its weights.
-// excess:  (highlights, 3 + CHANNELS) float32: signed blur radius [photosites], its slopes g in x and y [photosites per photosite], and
+// excess:  (highlights, 3 + channels) float32: signed blur radius [photosites], its slopes g in x and y [photosites per photosite], and
 //          the radiance taken out of each colour [e- s^-1 um^-2 sr^-1].
 // weights: (elements) float32, squares of `side`: share of a highlight that a photosite gets, by the offset in samples from the
 //          photosite's first sample to the highlight's.
 #include "conventions.h"
-#include "cfa.h"
 #include "interleaved_columns.h"
 #include "plain_math.h"
 #include "row_band.h"
@@ -44,17 +43,18 @@ kernel void highlights_spread(global const float *restrict sampled, global const
     const uint x = (uint)(across + band.frame_x), y = (uint)(down + band.frame_y); // wrap to large numbers in the margin
     if (x >= band.width || y >= band.height) return;
     const size_t plane = row_start(COLUMN_SETS, 0, band.sample_rows, band.set_columns); // elements
+    const uint colour = band_color((uint)across, (uint)down, band);
     float sum = 0.0f;
     for (uint n = range[0]; n < range[0] + range[1]; n++) {
         global const int *point = highlights + 5 * reaching[n];
-        global const float *own = excess + (3 + CHANNELS) * reaching[n];
+        global const float *own = excess + (3 + band.channels) * reaching[n];
         const int middle = (point[4] - OVER) / 2, i = point[0] - OVER * across + middle, j = point[1] - OVER * down + middle;
         if (i < 0 || j < 0 || i >= point[4] || j >= point[4]) continue;
         const float size = own[0] < 0.0f ? smaller(own[0], -LEAST) : larger(own[0], LEAST);
         const float towards_x = (((float)point[0] + 0.5f) * (1.0f / OVER) - ((float)across + 0.5f)) / size;
         const float towards_y = (((float)point[1] + 0.5f) * (1.0f / OVER) - ((float)down + 0.5f)) / size;
         const float tilt = larger(1.0f - own[1] * towards_x - own[2] * towards_y, 0.0f);
-        const float share = weights[point[3] + j * point[4] + i] * tilt * own[3 + cfa_plane(x, y)];
+        const float share = weights[point[3] + j * point[4] + i] * tilt * own[3 + colour];
         float open = 1.0f, missed = 1.0f, covered = 0.0f;
         int current = -1;
         for (uint k = block[2]; k < block[2] + block[3] && (int)slabs[6 * k] <= point[2]; k++) {
@@ -70,7 +70,7 @@ kernel void highlights_spread(global const float *restrict sampled, global const
             const float u = OVER * ((float)across + s * towards_x + 0.5f) - 0.5f, v = OVER * ((float)down + s * towards_y + 0.5f) - 0.5f;
             const int left = whole(u), top = whole(v);
             const float f = u - (float)left, g = v - (float)top;
-            global const float *coverage = sampled + (current * (CHANNELS + COVERAGE) + CHANNELS) * plane;
+            global const float *coverage = sampled + (current * (band.channels + COVERAGE) + band.channels) * plane;
             global const float *map = radius + (slab[1] < 0.0f ? 0 : (size_t)slab[1] * plane);
             float met = 0.0f, cover = 0.0f;
             for (int corner = 0; corner < 4; corner++) {

@@ -18,16 +18,15 @@ kernel void layer_covariance(global const float *restrict planes, global float *
                              const struct row_band band) {
     global const uint *block = blocks + BLOCK * get_global_id(2);
     global const float *near = slabs + 6 * block[2], *far = near + 6, *first_point = points + POINT * (size_t)block[4];
-    const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, next = 2 * OVER * set_columns;
+    const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, next = 2 * OVER * set_columns, channels = band.channels;
     const uint top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
     const long start = OVER * (long)top * set_columns + (long)(block[0] + get_global_id(0) * SPAN); // of the first photosite in its column set
-    global const float *coverage = planes + ((long)near[0] * (CHANNELS + 1) + CHANNELS) * COLUMN_SETS * plane + start;
+    global const float *coverage = planes + ((long)near[0] * (channels + 1) + channels) * COLUMN_SETS * plane + start;
     global const float *before[PLANES], *behind[PLANES]; // light of both layers
     for (uint i = 0; i < PLANES; i++) {
-        const uint place = 2u * (((uint)band.frame_y + top + i / 2) & 1u) + ((i + (uint)band.frame_x) & 1u); // in the filter's pattern
-        const long colour = COLORS > 1 ? sampling.first_color + i : (sampling.cfa >> 8u * place) & 255u;
-        before[i] = planes + ((long)near[0] * (CHANNELS + 1) + colour) * COLUMN_SETS * plane + start;
-        behind[i] = planes + ((long)far[0] * (CHANNELS + 1) + colour) * COLUMN_SETS * plane + start;
+        const long colour = COLORS > 1 ? sampling.first_color + i : band_color(i, top + i / 2, band);
+        before[i] = planes + ((long)near[0] * (channels + 1) + colour) * COLUMN_SETS * plane + start;
+        behind[i] = planes + ((long)far[0] * (channels + 1) + colour) * COLUMN_SETS * plane + start;
     }
     float cover[ALL], sum[COLORS * ALL], both[COLORS * ALL], sharp[COLORS * ALL], own[COLORS * ALL], kept[COLORS * ALL];
     const struct pair_sums sums = {cover, sum, both};

@@ -7,7 +7,7 @@
 // CORRECTION 1: `light` already holds each layer's exact mean over the aperture, composited (defocus.cl). The mean of a product
 // differs from the product of means by the covariance of the layers over the aperture; only that is added here.
 //
-// planes: (LAYERS, CHANNELS + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, colours [e- s^-1 um^-2 sr^-1] times
+// planes: (LAYERS, channels + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, colours [e- s^-1 um^-2 sr^-1] times
 //         coverage, then coverage (0 to 1); interleaved columns, a band with its margins (row_band.h).
 // radius: (maps, COLUMN_SETS, sample_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus.
 // light:  (mosaics, height, width) float32, of mosaic_colors.h.
@@ -46,10 +46,8 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     uint agreed = 0, top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
     const long start = OVER * (long)top * set_columns + (long)column; // of the first photosite in its column set
     long colour[PLANES]; // column sets before each colour's
-    for (uint i = 0; i < PLANES; i++) {
-        const uint place = 2u * (((uint)band.frame_y + top + i / 2) & 1u) + ((i + (uint)band.frame_x) & 1u); // in the filter's pattern
-        colour[i] = COLUMN_SETS * (COLORS > 1 ? sampling.first_color + i : (sampling.cfa >> 8u * place) & 255u);
-    }
+    for (uint i = 0; i < PLANES; i++)
+        colour[i] = COLUMN_SETS * (COLORS > 1 ? sampling.first_color + i : band_color(i, top + i / 2, band));
     for (uint m = 0; m < COLORS * ALL; m++) {
         const uint set = m % ALL / SIZE, i = m % SIZE;
         all[m] = all_seen[m % ALL] = kept[m] = 0.0f;
@@ -79,8 +77,8 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             const int mapped = is_mapped && !(view.held && window->least >= least && window->greatest < most);
             uint unmet[SPAN];
             for (uint i = 0; i < SPAN; i++) unmet[i] = 0u;
-            global const float *held = planes + layer * COLUMN_SETS * (CHANNELS + COVERAGE) * plane + start;
-            struct slab_samples at = {{held}, held + COLUMN_SETS * CHANNELS * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
+            global const float *held = planes + layer * COLUMN_SETS * (long)(band.channels + COVERAGE) * plane + start;
+            struct slab_samples at = {{held}, held + COLUMN_SETS * (long)band.channels * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
                 {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
                 {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
                 (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};

@@ -2,7 +2,7 @@
 // WINDOW_COLUMNS patches. A block of photosites that looks through one point of the aperture reads samples within one window, so
 // that occlusion.cl can leave out the slabs of radius that no sample there has.
 //
-// planes:  (layers, CHANNELS + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, as in occlusion.cl.
+// planes:  (layers, channels + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, as in occlusion.cl.
 // radius:  (maps, COLUMN_SETS, sample_rows, set_columns) float32, signed blur radius [photosites].
 // patches: (layers, patch rows, patch columns) struct patch_window, of the patch alone; patches of PATCH_ROWS rows and HALF_PATCH
 //          columns of all sets, from the band's first sample on.
@@ -23,7 +23,7 @@ kernel void patch_content(global const float *restrict planes, global const floa
     const uint end = top + PATCH_ROWS * OVER < rows ? top + PATCH_ROWS * OVER : rows;
     const size_t first = get_global_id(0) * WIDTH;
     global const float *own = radius + row_start(map < 0 ? 0 : COLUMN_SETS * map, 0, rows, columns) + first;
-    global const float *coverage = planes + row_start(COLUMN_SETS * (layer * (CHANNELS + COVERAGE) + CHANNELS), 0, rows, columns) + first;
+    global const float *coverage = planes + row_start(COLUMN_SETS * (layer * (band.channels + COVERAGE) + band.channels), 0, rows, columns) + first;
     float low[WIDTH], high[WIDTH], filled[WIDTH];
     uint near[WIDTH], far[WIDTH];
     for (uint i = 0; i < WIDTH; i++) {

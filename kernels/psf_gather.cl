@@ -3,23 +3,22 @@
 //   light(x) = tail(x) + sum over terms n of weight_n(x) * sum over taps t of kernel_n(t) * planes(x + t)
 // A term is the kernel of one blur radius and one column of nodes on the sensor; the node rows above and below a photosite are mixed.
 //
-// planes:  (CHANNELS, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a band with its margins;
-//          interleaved columns. Its first photosite has even coordinates on the sensor, whose filter cfa.h holds.
-// tail:    (CHANNELS, rows of photosites / CELL, 2 set_columns / CELL) float32, light of the tail at the cells' centres; CELL 0: not read.
+// planes:  (channels, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a band with its margins;
+//          interleaved columns. Its first photosite has even coordinates on the sensor.
+// tail:    (channels, rows of photosites / CELL, 2 set_columns / CELL) float32, light of the tail at the cells' centres; CELL 0: not read.
 // radius:  (2, sample_rows, set_columns) float32, signed blur radius [photosites] of the surface that a photosite sees; MAPPED 0: not
 //          read. MAPPED 1 adds a correction whose kernels have the sum 0, OVER is 1 then. With STEPS, light of a surface whose blur
 //          radius differs by more than `edge` photosites counts as that of the photosite itself.
 // light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
 // tiles:   (tiles) struct tile. terms: (terms) struct term, of all tiles.
-// kernels: (1 + BRIGHT, radii, NODE_ROWS, NODE_COLUMNS, CHANNELS, HELD_Y, HELD_X) float32; the second half is for light above `limits`.
+// kernels: (1 + BRIGHT, radii, NODE_ROWS, NODE_COLUMNS, channels, HELD_Y, HELD_X) float32; the second half is for light above `limits`.
 //          FOLD_Y, FOLD_X 1: TAPS_Y rows, TAPS_X columns of a kernel mirror each other, and the first half of them is held, with half
 //          the weight in the middle. TOGETHER: terms that are summed in one go, a divisor of each tile's number of terms.
-// limits:  (CHANNELS) float32 [e- s^-1 um^-2 sr^-1], then (rows) place of each row of photosites between the node rows, then
+// limits:  (channels) float32 [e- s^-1 um^-2 sr^-1], then (rows) place of each row of photosites between the node rows, then
 //          (NODE_COLUMNS, 2 set_columns) weight of each node column at each column of photosites.
 // radii:   blur radii in `kernels`. FIRST_X, FIRST_Y: first sample of the taps, relative to the photosite's first sample.
 // ADDS 0: the last of the kernels, after which light below 0 becomes 0.
 #include "conventions.h"
-#include "cfa.h"
 #include "interleaved_columns.h"
 #include "lanes.h"
 #include "psf_row.h"
@@ -37,11 +36,11 @@ kernel void psf_gather(global const float *restrict planes, global const float *
     const uint row = tile.row + (uint)(get_global_id(1) >> 1), y = (uint)band.frame_y + row; // y wraps above the frame
     const size_t column = tile.column + get_global_id(0) * SPAN;
     if (y >= band.height) return;
-    const size_t colour = cfa_plane(parity, row), size = HELD_Y * HELD_X, line = NODE_COLUMNS * CHANNELS * size;
-    const float limit = limits[colour], place = limits[CHANNELS + row];
+    const size_t colour = band_color((uint)parity, row, band), channels = band.channels, size = HELD_Y * HELD_X, line = NODE_COLUMNS * channels * size;
+    const float limit = limits[colour], place = limits[channels + row];
     const size_t node = (size_t)place, below = node + 1 < NODE_ROWS ? line : 0, bright = BRIGHT * radii * NODE_ROWS * line;
     const float share = place - (float)node;
-    global const float *across = limits + CHANNELS + rows / OVER + 2 * column + parity;
+    global const float *across = limits + channels + rows / OVER + 2 * column + parity;
     global const float *from = planes + row_start(COLUMN_SETS * colour, OVER * row, rows, columns) + FIRST_Y * (long)columns + column;
     global const float *sharp = planes + row_start(COLUMN_SETS * colour + parity, row, rows, columns) + column;
     global const float *own = radius + row_start(parity, row, rows, columns) + column;
@@ -60,7 +59,7 @@ kernel void psf_gather(global const float *restrict planes, global const float *
                 global const float *of_term = kernels + (terms[n + k].number * NODE_ROWS + node) * line;
                 __attribute__((opencl_unroll_hint(HELD_X)))
                 for (uint t = 0; t < HELD_X; t++) {
-                    global const float *tap = of_term + (terms[n + k].node_column * CHANNELS + colour) * size + j * HELD_X + t;
+                    global const float *tap = of_term + (terms[n + k].node_column * channels + colour) * size + j * HELD_X + t;
                     weight[k * HELD_X + t] = NODE_ROWS > 1 ? tap[0] + share * (tap[below] - tap[0]) : tap[0];
                     const float high = BRIGHT ? tap[bright] : 0.0f;
                     excess[k * HELD_X + t] = (BRIGHT & (NODE_ROWS > 1)) ? high + share * (tap[bright + below] - high) : high;

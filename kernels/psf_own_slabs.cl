@@ -3,14 +3,13 @@
 //   light(x) = tail(x) + sum over slabs s of share_s(p(x)) * sum over taps t of kernel_s(t) * planes(x + t)
 // Shares interpolate kernels over p, the place between the slabs. A kernel is mixed from those of the nodes around the photosite.
 //
-// planes:  (LAYERS, CHANNELS + COVERAGE, 2, rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, then with
+// planes:  (LAYERS, channels + COVERAGE, 2, rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, then with
 //          COVERAGE 1 coverage; interleaved columns, one sample per photosite, a band with its margins. Its first photosite has
-//          even coordinates on the sensor, whose filter cfa.h holds.
+//          even coordinates on the sensor.
 // slab_place: (LAYERS, 2, rows, set_columns) float32, number of a slab and part of the way to the next (kernels/psf_slab_bits.cl).
-// tail:    (CHANNELS, rows / CELL, 2 set_columns / CELL) float32, light of the tail at the cells' centres (kernels/psf_tail.cl).
+// tail:    (channels, rows / CELL, 2 set_columns / CELL) float32, light of the tail at the cells' centres (kernels/psf_tail.cl).
 // light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1], written. tiles, terms, kernels, limits, halves, pairs: psf_slabs.h.
 #include "conventions.h"
-#include "cfa.h"
 #include "interleaved_columns.h"
 #include "lanes.h"
 #include "psf_slabs.h"
@@ -27,8 +26,8 @@ kernel void psf_own_slabs(global const float *restrict planes, global const floa
     const uint row = tile.row + (uint)(get_global_id(1) >> 1), y = (uint)band.frame_y + row; // y wraps above the frame
     const size_t column = tile.column + get_global_id(0) * SPAN;
     if (y >= band.height) return;
-    const size_t colour = cfa_plane(parity, row), size = TAPS * TAPS, line = pairs * CHANNELS * size;
-    const float limit = limits[colour], place = limits[2 * CHANNELS + row];
+    const size_t colour = band_color((uint)parity, row, band), channels = band.channels, size = TAPS * TAPS, line = pairs * channels * size;
+    const float limit = limits[colour], place = limits[2 * channels + row];
     const size_t node = (size_t)place;
     const float share = place - (float)node;
     const size_t below = share > 0.0f ? line : 0;
@@ -40,7 +39,7 @@ kernel void psf_own_slabs(global const float *restrict planes, global const floa
     for (uint n = tile.first_term; n < tile.first_term + tile.terms; n += terms[n].columns) {
         const struct slab_term term = terms[n];
         global const float *own = slab_place + row_start(2 * term.layer + parity, row, rows, columns) + column;
-        global const float *from = planes + row_start(2 * (term.layer * (CHANNELS + COVERAGE) + colour), row, rows, columns) + column;
+        global const float *from = planes + row_start(2 * (term.layer * (channels + COVERAGE) + colour), row, rows, columns) + column;
         float of_slab[SPAN];
         uint any = 0;
         for (uint i = 0; i < SPAN; i++) {
@@ -48,8 +47,8 @@ kernel void psf_own_slabs(global const float *restrict planes, global const floa
             any |= of_slab[i] != 0.0f;
         }
         for (uint c = 0; any && c < term.columns; c++) { // else no photosite of the span has this slab
-            global const float *of_term = kernels + node * line + ((term.pair + c) * CHANNELS + colour) * size;
-            global const float *column_weight = limits + 2 * CHANNELS + rows + 2 * column + parity + (term.node_column + c) * 2 * columns;
+            global const float *of_term = kernels + node * line + ((term.pair + c) * channels + colour) * size;
+            global const float *column_weight = limits + 2 * channels + rows + 2 * column + parity + (term.node_column + c) * 2 * columns;
             float sum[SPAN], weight[TAPS * TAPS], excess[BRIGHT ? TAPS * TAPS : 1];
             mix_taps(TAPS * TAPS, of_term, below, halves, share, weight, excess);
             for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;

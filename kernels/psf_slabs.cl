@@ -8,7 +8,6 @@
 // planes, slab_place, tail, light: as in kernels/psf_own_slabs.cl. tiles, terms, kernels, limits, halves, pairs: kernels/psf_slabs.h.
 // OPAQUE 0: light is not divided by what is seen. HISTORY: most slabs of which none occludes another. NODE_SPAN: most node columns of a slab.
 #include "conventions.h"
-#include "cfa.h"
 #include "interleaved_columns.h"
 #include "psf_slab_sum.h"
 #include "psf_slabs.h"
@@ -25,23 +24,23 @@ kernel void psf_slabs(global const float *restrict planes, global const float *r
     const uint row = tile.row + (uint)(get_global_id(1) >> 1), y = (uint)band.frame_y + row; // y wraps above the frame
     const size_t column = tile.column + get_global_id(0) * SPAN;
     if (y >= band.height) return;
-    const size_t colour = cfa_plane(parity, row), size = TAPS * TAPS, line = pairs * CHANNELS * size;
-    const float limit = limits[colour], whole = limits[CHANNELS + colour], place = limits[2 * CHANNELS + row];
-    const size_t node = (size_t)place, sets = 2 * (CHANNELS + COVERAGE);
+    const size_t colour = band_color((uint)parity, row, band), channels = band.channels, size = TAPS * TAPS, line = pairs * channels * size;
+    const float limit = limits[colour], whole = limits[channels + colour], place = limits[2 * channels + row];
+    const size_t node = (size_t)place, sets = 2 * (channels + COVERAGE);
     const float share = place - (float)node;
     const size_t below = share > 0.0f ? line : 0;
-    global const float *across = limits + 2 * CHANNELS + rows + 2 * column + parity;
+    global const float *across = limits + 2 * channels + rows + 2 * column + parity;
     float total[SPAN], seen[SPAN], layer_seen[SPAN], open[SPAN], passed[HISTORY * SPAN];
     for (uint i = 0; i < SPAN; i++) total[i] = seen[i] = layer_seen[i] = 0.0f, open[i] = passed[i] = 1.0f;
     uint slab = 0; // of the layer
     for (uint n = tile.first_term; n < tile.first_term + tile.terms; n += terms[n].columns) {
         const struct slab_term term = terms[n];
         global const float *from = planes + row_start(sets * term.layer + 2 * colour, row, rows, columns) + column;
-        global const float *cover = planes + row_start(sets * term.layer + 2 * CHANNELS, row, rows, columns) + column;
+        global const float *cover = planes + row_start(sets * term.layer + 2 * channels, row, rows, columns) + column;
         float sum[NODE_SPAN * SPAN], sum_seen[NODE_SPAN * SPAN];
         for (uint i = 0; i < NODE_SPAN * SPAN; i++) sum[i] = sum_seen[i] = 0.0f;
         sum_slab(from, cover, slab_place + row_start(2 * term.layer, row, rows, columns) + column,
-                 kernels + node * line + (term.pair * CHANNELS + colour) * size, term, rows * columns, columns, parity, CHANNELS * size, below,
+                 kernels + node * line + (term.pair * channels + colour) * size, term, rows * columns, columns, parity, channels * size, below,
                  halves, share, limit, sum, sum_seen);
         for (uint i = 0; i < SPAN; i++) {
             float own_light = 0.0f, own_seen = 0.0f;

@@ -1,9 +1,9 @@
 // What kernels by distance have in common (kernels/psf_own_slabs.cl and kernels/psf_slabs.cl): their tables.
 //
 // tiles:   (tiles) struct slab_tile. terms: (terms) struct slab_term, of all tiles: by layer, by slab from near to far, by column of nodes.
-// kernels: (1 + BRIGHT, node rows, pairs, CHANNELS, TAPS, TAPS) float32; pairs of slab and column of nodes. The second half is for light
+// kernels: (1 + BRIGHT, node rows, pairs, channels, TAPS, TAPS) float32; pairs of slab and column of nodes. The second half is for light
 //          above `limits`. halves, pairs: elements of a half, and number of pairs.
-// limits:  (CHANNELS) float32 [e- s^-1 um^-2 sr^-1], (CHANNELS) sum of a kernel, (rows) place of each row of photosites between the
+// limits:  (channels) float32 [e- s^-1 um^-2 sr^-1], (channels) sum of a kernel, (rows) place of each row of photosites between the
 //          node rows, (node columns, 2 set_columns) weight of each column of nodes at each column of photosites.
 #ifndef PSF_SLABS_H
 #define PSF_SLABS_H

@@ -25,7 +25,6 @@ from simulator.optics.ray_reference.height_field_rays import sample_height_field
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.scene.deep_pixels import DeepPixels
 from simulator.sensor.camera.camera_sections import Window
-from simulator.sensor.camera.cfa import Cfa
 
 from .inputs import number, picture
 from .place_cases import ELECTRONS, PROMISED, SCENE_SHAPE, area_outcome
@@ -157,10 +156,9 @@ def run_patch_windows(device: Device, inputs: Inputs) -> Outcome:
     radius = np.resize(picture(inputs, "radius"), shape)
     coverage = np.resize(picture(inputs, "coverage"), shape)
     planes = layout.encode(np.stack([coverage, coverage]))
-    defines = {**Cfa.uniform(0).macros(0, 0), "OVER": over, "CHANNELS": 1, "COVERAGE": 1}
-    measured = PatchWindows(device, layout, Defocus((radius,), True, 1.0), defines)
+    measured = PatchWindows(device, layout, Defocus((radius,), True, 1.0), {"OVER": over, "COVERAGE": 1})
     band = {"sample_rows": layout.rows, "set_columns": layout.set_columns, "frame_x": 0, "frame_y": 0, "width": 1}
-    band |= {"height": 1, "light_row": 0}
+    band |= {"height": 1, "light_row": 0, "channels": 1, "cfa": 0}
     measured.measure(device.upload(planes), device.upload(layout.encode(radius[None])), band)
     window = declared_struct(kernel_source("patch_windows.h"), "patch_window")
     found = device.download(measured.windows, (1, measured.rows, measured.columns), window)[0]

@@ -104,13 +104,12 @@ class HighlightPass:
         element = np.ravel(band.layout.element(plane, highlights.rows, highlights.columns))
         left = self.sampled.reshape(-1)[element] - highlights.excess.ravel()
         buffers = self._upload({"places": element.astype(np.uint32), "left": left.astype(np.float32)})
-        self._run("highlights_take", (len(element),), self.band.defines, **buffers)
+        self._run("highlights_take", (len(element),), **buffers)
 
-    def spread(self, slabs: Buffer, light: Buffer, mosaics: Sequence[tuple[dict[str, object], dict[str, int]]]) -> None:
+    def spread(self, slabs: Buffer, light: Buffer, bands: Sequence[dict[str, int]]) -> None:
         """Add the highlights' spots to mosaics in the blocks that they reach.
 
-        light: (mosaics, height, width) float32. mosaics: of each, macros of kernels/cfa.h, and fields of `struct row_band` of
-            kernels/row_band.h.
+        light: (mosaics, height, width) float32. bands: of each mosaic, fields of `struct row_band` of kernels/row_band.h.
         """
         highlights, lists = self.highlights, [own for own in self.lists if len(own)]
         if not lists:
@@ -136,16 +135,14 @@ class HighlightPass:
         }
         size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))
         buffers = self._upload(arrays)
-        for cfa_macros, band in mosaics:
-            defines = {**self.band.defines, **cfa_macros}
-            self._run(
-                "highlights_spread", size, defines, **buffers, radius=self.band.radius, slabs=slabs, light=light, band=band
-            )
+        buffers |= {"radius": self.band.radius, "slabs": slabs, "light": light}
+        for band in bands:
+            self._run("highlights_spread", size, **buffers, band=band)
 
     def _upload(self, arrays: dict[str, np.ndarray]) -> dict[str, Buffer]:
         return {key: self.band.device.upload(np.ascontiguousarray(array)) for key, array in arrays.items()}
 
-    def _run(self, name: str, size: tuple[int, ...], defines: dict[str, object], **arguments: object) -> None:
+    def _run(self, name: str, size: tuple[int, ...], **arguments: object) -> None:
         device = self.band.device
-        kernel = device.kernel(name, defines, file="highlights.cl")
+        kernel = device.kernel(name, self.band.defines, file="highlights.cl")
         device.run(kernel, size, None, sampled=self.band.sampled, **arguments)

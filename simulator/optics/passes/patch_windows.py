@@ -27,7 +27,7 @@ class PatchWindows:
     windows: device buffer (layers, patch rows, patch columns) of `struct patch_window` of kernels/patch_windows.h.
     rows, columns: of patches that were measured last. layout: of the band's samples.
     macros: of the sizes of patches and windows, for kernels/patch_windows.h.
-    defines: macros of kernels/interleaved_columns.h, CHANNELS and COVERAGE.
+    defines: macros of kernels/interleaved_columns.h, and COVERAGE.
     """
 
     def __init__(self, device: Device, layout: InterleavedColumns, defocus: Defocus, defines: dict[str, object]) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.cfa import Cfa
 
 BAND_ROWS = 256  # photosites
 TILE_ROWS, TILE_COLUMNS = 16, 128
@@ -65,9 +66,8 @@ class PsfBand:
         ]
         return [(row, column) for row in rows for column in range(1, self.tile_columns + 1)]
 
-    @cached_property
-    def fields(self) -> dict[str, int]:
-        """Fields of `struct row_band` of kernels/row_band.h."""
+    def fields(self, channels: int, cfa: Cfa) -> dict[str, int]:
+        """Fields of `struct row_band` of kernels/row_band.h. channels: colour planes of a layer."""
         layout = self.layout
         return {
             "sample_rows": layout.rows,
@@ -77,6 +77,8 @@ class PsfBand:
             "width": self.frame.width,
             "height": self.frame.height,
             "light_row": 0,
+            "channels": channels,
+            "cfa": cfa.packed(self.frame.x, self.frame.y),
         }
 
 

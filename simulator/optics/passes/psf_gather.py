@@ -197,6 +197,7 @@ class BandGather:
         source: Source,
     ) -> None:
         self.device, self.psf, self.every, self.channels, self.source = device, psf, every, optics.channels, source
+        self.cfa = optics.cfa
         layout, self.unread = band.layout, device.zeros((1,), np.float32)
         sharp = source if isinstance(source, SharpLight) else None
         self.radius = None if sharp is None else sharp.radius
@@ -212,7 +213,6 @@ class BandGather:
         self.limits = np.array(psf.highlight_limits) if rings else np.full(self.channels, UNLIMITED)
         rows, columns = psf.nodes
         self.defines: dict[str, object] = {
-            **optics.cfa.macros(0, 0),
             "OVER": psf.over,
             "CHANNELS": self.channels,
             "NODE_ROWS": rows,
@@ -358,5 +358,5 @@ class BandGather:
             limits=limits,
             radii=len(kernels.radii_px),
             edge=EDGE_PX,
-            band=band.fields,
+            band=band.fields(self.channels, self.cfa),
         )

@@ -51,7 +51,7 @@ class SlabGather:
     def __init__(self, optics: OpticsPlan, psf: FieldPsf, device: Device, planes: Sequence[Buffer], band: PsfBand) -> None:
         assert optics.defocus is not None  # there are several blur radii
         self.projection, self.psf, self.device, self.defocus = optics.projection, psf, device, optics.defocus
-        self.channels, self.coverage = optics.channels, int(optics.has_coverage)
+        self.channels, self.coverage, self.cfa = optics.channels, int(optics.has_coverage), optics.cfa
         self.kernels = slab_kernels_of(psf, self.channels)
         self.in_use: dict[int, tuple[Buffer, np.ndarray]] = {}  # kernels by their reach, until the device has finished a band
         self.planes = planes if self.coverage else planes[:1]
@@ -69,7 +69,7 @@ class SlabGather:
         self.tail_kernels = TailKernels(weights, self.kernels.tail.shape[-1], self.cell_px)
         self.limits = np.array(psf.highlight_limits) if self.kernels.rings.any() else np.full(self.channels, UNLIMITED)
         own = {"OVER": 1, "CHANNELS": self.channels, "COVERAGE": self.coverage, "LAYERS": len(self.planes)}
-        self.defines: dict[str, object] = {**optics.cfa.macros(0, 0), **own, "OPAQUE": int(self.defocus.opaque)}
+        self.defines: dict[str, object] = {**own, "OPAQUE": int(self.defocus.opaque)}
 
     def compute(self, band: PsfBand, light: Buffer) -> None:
         """Compute the photosites of a band in the mosaic `light`, in place."""
@@ -209,5 +209,5 @@ class SlabGather:
             limits=limits,
             halves=len(nodes.rows) * pairs * self.channels * taps**2,
             pairs=pairs,
-            band=band.fields,
+            band=band.fields(self.channels, self.cfa),
         )

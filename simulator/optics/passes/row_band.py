@@ -26,7 +26,7 @@ from simulator.optics.defocus.defocus import (
 )
 from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
 from simulator.optics.defocus.tile_methods import ROWS_IN_TILE, TileChoice, each_block
-from simulator.optics.geometry.projection import ANY_CFA, project_planes, project_radius
+from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
 from simulator.optics.passes.patch_windows import PatchWindows, map_numbers
@@ -115,10 +115,9 @@ class RowBand:
         self.sampled, self.sums, self.radius = buffers
         # A work-item computes 16 columns and 4 rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
-        held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
-        self.defines: dict[str, object] = {**self._filter(mosaics.cfas[0]), **held}
-        self.defines["SPAN"] = device.span
-        self.windows = PatchWindows(device, self.layout, self.defocus, {**self._filter(mosaics.cfas[0]), **held})
+        held: dict[str, object] = {"OVER": samples_per_axis, "COVERAGE": self.coverage}
+        self.defines = {**held, "SPAN": device.span}
+        self.windows = PatchWindows(device, self.layout, self.defocus, held)
 
     def _node_defines(self, per_px: int) -> dict[str, str]:
         """Macros of kernels/aperture_mean.h for so many tabulated radii per photosite of radius."""
@@ -126,10 +125,6 @@ class RowBand:
         unblurred = per_px if per_px == NODES_PER_PX else per_px // 2  # the circle leaves its photosite at a radius of a half
         linear = 1 if self.defocus.area.has_squares(over) else unblurred if over == 1 else 0
         return {"NODES_PER_PX": f"{per_px}.0f", "LINEAR_NODES": f"{linear}.0f"}
-
-    def _filter(self, cfa: Cfa) -> dict[str, object]:
-        """Macros of kernels/cfa.h for a mosaic of this filter."""
-        return cfa.macros(self.area.frame.x, self.area.frame.y)
 
     def compute(self, band: int) -> None:
         """Compute one band of rows of the mosaics, in place."""
@@ -155,7 +150,7 @@ class RowBand:
         self._sample_aperture(chosen.blocks, slabs, rows)
         for found in (lamps, highlights):
             if found is not None and not self.tiles.only_covariance:
-                made = [(self._filter(cfa), self._row_band(rows, number)) for number, cfa in enumerate(self.mosaics.cfas)]
+                made = [self._row_band(rows, number) for number in range(len(self.mosaics.cfas))]
                 found.spread(slabs.buffer, self.mosaics.light, made)
 
     def _list_slabs(self, chosen: TileChoice) -> "BlockSlabs":
@@ -195,6 +190,8 @@ class RowBand:
             "width": frame.width,
             "height": frame.height,
             "light_row": number * frame.height,
+            "channels": self.channels,
+            "cfa": self.mosaics.cfas[number].packed(frame.x, frame.y),
         }
 
     def _project_planes(self, rows: BandRows) -> None:
@@ -226,8 +223,8 @@ class RowBand:
         if any(map(self.tables.reads_sums, np.unique(clipped_tiles[mean | composite]).tolist())):
             planes = self.channels + int(composite.any())
             span = min(self.device.span, MARGIN_COLUMNS)  # divides the columns of any window
-            own = {"CHANNELS": 1, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span, "COLORS": 1}
-            defines: dict[str, object] = {**self.defines, **ANY_CFA, **own, **NO_NODES}
+            own = {"NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span, "COLORS": 1}
+            defines: dict[str, object] = {**self.defines, **own, **NO_NODES}
             kernel = self.device.kernel("defocus_sums", defines, file="defocus.cl")
             size = (self.layout.set_columns // span, self.layout.column_sets * planes)
             buffers = {"sampled": self.sampled, "sums": self.sums, "first_plane": layer * self.layer_planes}
@@ -272,7 +269,7 @@ class RowBand:
         corners = self.tables.corners(chosen.zone[selected] if clipped else None)
         for launch in self.launches:
             cfa = self.mosaics.cfas[launch.start]
-            variant = {**self._filter(cfa), "COLORS": len(launch)}
+            variant = {"COLORS": len(launch)}
             self.device.run(
                 self.device.kernel("defocus_mean", {**defines, **variant}, file="defocus.cl"),
                 (spans, 2 * TILE_ROWS, int(selected.sum())),
@@ -410,7 +407,7 @@ class RowBand:
         seen = {} if is_pair else {"radius": self.radius, "windows": self.windows.windows}
         for launch in self.launches:
             cfa = self.mosaics.cfas[launch.start]
-            colors = {"cfa": cfa.packed(frame.x, frame.y), "first_color": cfa.colors[0]}
+            made = {"light_row": launch.start * frame.height, "cfa": cfa.packed(frame.x, frame.y)}
             self.device.run(
                 self.device.kernel(name, {**self.defines, **variant, "COLORS": len(launch)}),
                 size,
@@ -419,9 +416,9 @@ class RowBand:
                 blocks=places,
                 slabs=slabs,
                 points=samples,
-                sampling={**sampling, **colors},
+                sampling={**sampling, "first_color": cfa.colors[0]},
                 light=self.mosaics.light,
-                band={**row_band, "light_row": launch.start * frame.height},
+                band={**row_band, **made},
                 **seen,
             )
 

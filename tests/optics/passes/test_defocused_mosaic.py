@@ -43,13 +43,13 @@ def test_colours_that_are_blurred_together_have_the_bits_of_each_alone(device, n
         np.testing.assert_array_equal(found, device.download(alone, shape, np.float32))
 
 
-def test_occlusion_takes_one_build_for_all_filters_and_one_for_all_colours(device, monkeypatch):
-    """A build of that kernel takes seconds. Few blocks take more rays in one filter than in another, until they agree."""
-    built, kernel = set(), device.kernel
+def test_the_blur_takes_one_build_for_all_filters_and_one_for_all_colours(device, monkeypatch):
+    """A build of `occlusion` takes seconds. Few blocks take more rays in one filter than in another, until they agree."""
+    built, kernel = dict[str, set[int]](occlusion=set(), defocus_mean=set()), device.kernel
 
     def ask(name, defines, file=None):
         found = kernel(name, defines, file)
-        built.update({id(found)} if name == "occlusion" else ())
+        built.setdefault(name, set()).add(id(found))
         return found
 
     monkeypatch.setattr(device, "kernel", ask)
@@ -60,7 +60,8 @@ def test_occlusion_takes_one_build_for_all_filters_and_one_for_all_colours(devic
     for cfa, found in zip(filters, mosaics, strict=False):
         own = np.tile(cfa.planes, (ROWS // 2, COLUMNS // 2))
         assert (found == np.choose(own, [red, green, blue])).mean() > 0.9
-    assert len(built) == 2
+    assert len(built["occlusion"]) == 2
+    assert len(built["defocus_mean"]) == 2 * 2  # of tiles that are composited, and of others
 
 
 def test_colours_that_follow_one_another_are_made_together():

@@ -8,7 +8,6 @@ from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.defocus import CLASS_UNIT_PX, CLASSES, Defocus
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.passes.patch_windows import PATCH_COLUMNS, PATCH_ROWS, WINDOW_COLUMNS, WINDOW_ROWS, PatchWindows
-from simulator.sensor.camera.cfa import Cfa
 
 ROWS, COLUMNS = 43, 128  # photosites
 ROUNDED = 0.01  # part of a class, as in kernels/patch_windows.h
@@ -18,10 +17,9 @@ def measured_windows(layout: InterleavedColumns, defocus: Defocus, radius: np.nd
     """Windows of a band of two layers, (2, patch rows, patch columns) of `struct patch_window`."""
     device, rows = open_device(), radius.shape[0]
     planes = layout.encode(np.concatenate([np.stack([light, light]) for light in coverage]))
-    defines = {**Cfa.uniform(0).macros(0, 0), "OVER": layout.over, "CHANNELS": 1, "COVERAGE": 1}
-    found = PatchWindows(device, layout, defocus, defines)
+    found = PatchWindows(device, layout, defocus, {"OVER": layout.over, "COVERAGE": 1})
     band = {"sample_rows": rows, "set_columns": layout.set_columns, "frame_x": 0, "frame_y": 0, "width": 1}
-    band |= {"height": 1, "light_row": 0}
+    band |= {"height": 1, "light_row": 0, "channels": 1, "cfa": 0}
     found.measure(device.upload(planes), device.upload(layout.encode(radius)), band)
     return device.download(
         found.windows, (2, found.rows, found.columns), declared_struct(kernel_source("patch_windows.h"), "patch_window")
