@@ -1,12 +1,14 @@
 """A bench that runs single kernel headers, and chains of stages."""
 
 import copy
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from simulator.device import Device
+from simulator.device.device import Kernel
 from simulator.device.kernel_source import expanded
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
 from simulator.sensor.seeds import Seeds
@@ -22,6 +24,12 @@ def device_like(device: Device, **settings: object) -> Device:
         assert hasattr(device, name), name
         setattr(other, name, value)
     return other
+
+
+@cache
+def _probe(device: Device, source: str, defines: tuple[tuple[str, object], ...]) -> Kernel:
+    """The kernel `probe` of this text with these macros, which a search with many inputs builds once."""
+    return device.build(expanded(source), "probe", dict(defines))
 
 
 class Bench:
@@ -53,7 +61,7 @@ class Bench:
         )
         count = len(next(iter(arrays.values())))
         result = self.device.empty((count,), dtype)
-        kernel = self.device.build(expanded(source), "probe", defines or {})
+        kernel = _probe(self.device, source, tuple((defines or {}).items()))
         buffers = {f"{name}_": self.device.upload(array) for name, array in arrays.items()}
         self.device.run(kernel, (count,), None, result=result, **buffers)
         return self.device.download(result, (count,), dtype)
