@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Collection, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -80,13 +81,22 @@ def is_private(name: str) -> bool:
     return name.startswith("_") and not (name.startswith("__") and name.endswith("__"))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(TESTS)))
-def test_a_file_of_tests_keeps_the_rules(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert not list(imported_tests(tree)), "what tests share stands in a module of its own"
-    assert not list(read_clocks(tree)), "assert what makes it quick, or count turns"
-    assert not list(private_names(tree)), "test through a public function"
-    assert not list(patched_constants(tree)), "give the function an argument"
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("rule", "instead"),
+    [
+        (imported_tests, "what tests share stands in a module of its own"),
+        (read_clocks, "assert what makes it quick, or count turns"),
+        (private_names, "test through a public function"),
+        (patched_constants, "give the function an argument"),
+    ],
+)
+def test_files_of_tests_keep_the_rules(rule, instead):
+    assert [f"{path.relative_to(TESTS)}: {found}" for path in FILES for found in rule(parsed(path))] == [], instead
 
 
 @pytest.mark.parametrize(
