@@ -127,7 +127,7 @@ def test_decodings_are_foreseen(tmp_path):
 
 
 def test_the_estimate_of_photographs_counts_their_decoding(tmp_path, capsys):
-    config = small_config(photographs(tmp_path, False), PHOTOS, "count=40")
+    config = small_config(photographs(tmp_path, False), PHOTOS, "count=40", "crop=[32, 40]")
     cache = DecodedPictures(10**6, tmp_path / "cache")
     found = estimate(config, decoded=cache)
     run(config, tmp_path / "out", decoded=cache)

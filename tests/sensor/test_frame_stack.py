@@ -69,7 +69,7 @@ def test_a_frame_does_not_depend_on_the_frames_beside_it(device):
 
 
 def test_a_stack_larger_than_the_devices_constants_is_the_same(device):
-    mean_electrons, settings = stack(20, 30)
+    mean_electrons, settings = stack(20, 35)
     expected = expose_frame_stack(device, mean_electrons, settings), *frame_stack_moments(device, mean_electrons, settings)
     small = device_like(device, constant_bytes=1)
     found = expose_frame_stack(small, mean_electrons, settings), *frame_stack_moments(small, mean_electrons, settings)
@@ -197,7 +197,7 @@ def test_the_noise_model_has_the_variance_it_says(device):
 
 
 def test_electrons_are_left_as_they_were_and_may_be_read_only(device):
-    mean_electrons = np.full((1, 8, 9), 50.0, np.float32)
+    mean_electrons = np.full((1, 8, 33), 50.0, np.float32)
     mean_electrons.flags.writeable = False
     setting = FrameSetting(noise_model_stages(1.0, 2.0, **LEVELS))
     from_doubles = expose_frame_stack(device, mean_electrons.astype(np.float64)[:, ::-1], [setting])

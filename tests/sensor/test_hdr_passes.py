@@ -88,10 +88,10 @@ def test_seeds_of_later_readings_are_those_of_no_frame_nearby():
 
 
 def test_crosstalk_of_charge_comes_before_all_readings(device):
-    means = np.zeros((31, 31))
+    means = np.zeros((33, 33))
     means[15, 15] = 30000.0
     settings = {"crosstalk": Crosstalk(electrical=0.05), "stages": {}}
-    sensor = hdr_plan(DUAL_GAIN, 31, 31, **settings)
+    sensor = hdr_plan(DUAL_GAIN, 33, 33, **settings)
     clean = read_noise_free_combined(device, sensor, [device.upload(means.astype(np.float32))])
     assert clean[15, 15] == pytest.approx(64.0 + 1.28 * 0.8 * 30000.0, rel=1e-6)
     assert clean[15, 16] == pytest.approx(64.0 + 1.28 * 0.05 * 30000.0, rel=1e-6)

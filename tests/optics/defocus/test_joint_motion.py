@@ -120,7 +120,7 @@ def random_surface(number: int) -> tuple[Case, np.ndarray, float, float]:
     return surface_case(light, plane(middle_px, slope * toward[0])), way * toward[1], middle_px, start_s
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, 3, 40, *(pytest.param(n, marks=pytest.mark.slow) for n in range(4, 36))])
+@pytest.mark.parametrize("number", [0, 1, 40, *(pytest.param(n, marks=pytest.mark.slow) for n in range(2, 36))])
 def test_the_predicted_error_of_tilted_surfaces_is_not_below_what_is_found(number):
     case, way, pivot_px, start_s = random_surface(number)
     found = surface_error(case, way, pivot_px, start_s, 1 << 11, steps=1).p99_9

@@ -165,7 +165,9 @@ def test_means_of_waves_of_even_squares_leave_what_waves_leave(radius_px):
         assert stated == grid_error(radius_px, 1, float(scale))
 
 
-@pytest.mark.parametrize(("scale", "fill_factor"), [(3, 1.0), (3, 0.8), (3, 0.6), (5, 1.0), (5, 0.8)])
+@pytest.mark.parametrize(
+    ("scale", "fill_factor"), [(3, 1.0), (3, 0.8), (3, 0.6), pytest.param(5, 1.0, marks=pytest.mark.slow), (5, 0.8)]
+)
 def test_slow_waves_of_even_squares_that_fall_to_the_dark_state_their_bends(scale, fill_factor, device):
     """Waves of 9 to 40 photosites at any angle, against exact weights of squares in float64; samples divide no pixels."""
     size, ratios = 48, []

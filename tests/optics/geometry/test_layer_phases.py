@@ -65,7 +65,7 @@ def test_places_that_hold_all_bends_read_even_squares_exactly():
     assert np.abs(moving_light(without_edges(planned)) - truth).max() < 3e-6
 
 
-@pytest.mark.parametrize("scale", [0.75, 1.5])
+@pytest.mark.parametrize("scale", [0.75, pytest.param(1.5, marks=pytest.mark.slow)])
 def test_layers_of_another_scale_roll_and_a_crop_has_the_bits_of_the_frame(scale):
     ways_px, lines = SCALED[0][1], rolling(HEIGHT, TIME_S, 3e-4)
     shot = scaled_shot(scale, ways_px)

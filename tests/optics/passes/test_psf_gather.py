@@ -34,7 +34,17 @@ def test_light_is_convolved_with_the_exact_kernel_to_a_tenth_of_the_noise(name):
     assert error(shot, planes, psf.kernel(0, 0, False, 0, 0).sum(axis=0)) < 0.1
 
 
-@pytest.mark.parametrize(("f_number", "radius_px"), [(8.0, 0.7), (8.0, 0.85), (8.0, 2.2), (8.0, -3.0), (8.0, -7.3), (2.0, 1.6)])
+@pytest.mark.parametrize(
+    ("f_number", "radius_px"),
+    [
+        (8.0, 0.7),
+        pytest.param(8.0, 0.85, marks=pytest.mark.slow),
+        (8.0, 2.2),
+        pytest.param(8.0, -3.0, marks=pytest.mark.slow),
+        (8.0, -7.3),
+        (2.0, 1.6),
+    ],
+)
 def test_a_geometric_blur_is_corrected_to_wave_optics(f_number, radius_px):
     """A wall of which half is out of focus, with light between 0.4 and 1: the kernel of wave optics, away from the step.
 

@@ -101,10 +101,10 @@ def lights(height=64, width=80) -> np.ndarray:
 def test_a_crop_is_the_part_of_the_whole(neighbours, settings):
     """Also where the light that blooms lies outside of it."""
     blooming, stages = Blooming(neighbours, 12), {"photon_shot_noise": PhotonShotNoise()}
-    window = Window(26, 22, 30, 16)
+    window = Window(26, 22, 34, 16)
     whole, part = (simulate(shot(lights(), blooming, stages=stages, window=one, **settings)) for one in (None, window))
     step = 2 if "binning" in settings else 1
-    rows, columns = (slice(first // step, (first + size) // step) for first, size in ((22, 16), (26, 30)))
+    rows, columns = (slice(first // step, (first + size) // step) for first, size in ((22, 16), (26, 34)))
     assert np.array_equal(part.dn, whole.dn[rows, columns])
     assert np.array_equal(part.noise_free_dn, whole.noise_free_dn[rows, columns])
     drained = simulate(shot(lights(), None, stages=stages, window=window, **settings))
