@@ -73,7 +73,8 @@ def test_a_struct_that_is_not_declared_is_an_error():
 def test_a_file_is_given_the_macros_that_it_or_a_header_of_it_reads():
     given = {"CFA_00": 0, "LAYERS": 2, "NODES_PER_PX": "2.0f", "ZONE": 0}
     assert read_macros("occlusion.cl", given) == {"LAYERS": 2}
-    assert read_macros("defocus.cl", given) == {"CFA_00": 0, "NODES_PER_PX": "2.0f", "ZONE": 0}
+    assert read_macros("defocus.cl", given) == {"NODES_PER_PX": "2.0f", "ZONE": 0}
+    assert read_macros("own_color.cl", given) == {"CFA_00": 0}
 
 
 def test_no_name_of_a_macro_is_put_together():
