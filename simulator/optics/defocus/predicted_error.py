@@ -105,8 +105,10 @@ def error_terms(
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         steepest = max(grid_error(min(blurred), finest, defocus.scale), contrast.ends / (12.0 * finest**2))
         grid = 0.0 if reads_pixels else min(smooth, steepest)
-        if contrast.ends > 0.0 and abs(defocus.scale - 1.0) < 1e-6 and not reads_pixels:
-            grid = (contrast.ends_aside if is_aside else contrast.ends) / (12.0 * finest**2)  # it is what is left
+        if contrast.ends > 0.0 and defocus.scale < 1.0 + 1e-6 and not reads_pixels:
+            grid = (max(contrast.ends_aside, contrast.ends) if is_aside else contrast.ends) / (
+                12.0 * finest**2
+            )  # it is what is left
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])

@@ -30,6 +30,8 @@ ASIDE = (
     ((0.5, 0.5, 1.0),),
 )  # parts of pixels between which light is read
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
+WIDENED_PX = 1.05, 2.1, 3.1  # radii at which weights of whole samples are wider than their circle by most
+CELLS = 6  # of a sample and axis, over which its light is known
 STEEP_PX = 0.5, 1.5  # radii at which circles reach the next pixels, where even squares leave most of light between them
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
 MOST_EDGES = 250_000  # pixels between which edges are measured
@@ -58,9 +60,9 @@ class SceneContrast:
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
-        least where a penumbra ends; of one pixel per photosite, twelve times what even squares, or weights of a path, leave
-        of light between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more. ends_aside: the
-        same where photosites read the light anywhere between the pixels; 0: no scene of one pixel per photosite.
+        least where a penumbra ends; of pixels as wide as photosites and wider, twelve times what even squares, or weights of a
+        path, leave of light between pixels; 0: pixels are even squares (`Accuracy.detail`), or its own curvature says more.
+        ends_aside: the same where photosites read the light anywhere between the pixels; 0: not of one pixel per photosite.
     bends: the same of means over photosites of one upright surface of even squares; None: not measured.
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     crossed: error of the largest circle that is left out behind a point spread function, of `psf.left_out_blur`; None: it is
@@ -274,9 +276,11 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
     if abs(defocus.scale - 1.0) < 1e-6:
         radii_px = [radius_px, *(one for one in STEEP_PX if radius_px < one < defocus.largest_px)]
         return _pixel_ends(scene, to_share, defocus, [min(one, WIDEST_END_PX) for one in radii_px])
-    if curvature * twice_blurred_share(radius_px, defocus.scale) > 12.0 * grid_error(radius_px, 1, defocus.scale):
+    if curvature * twice_blurred_share(radius_px, defocus.scale) <= 12.0 * grid_error(radius_px, 1, defocus.scale):
+        return 0.0, 0.0
+    if defocus.scale > 1.0:
         return _bends_of_parts(scene, to_share, defocus, radius_px), 0.0
-    return 0.0, 0.0
+    return _ends_between_pixels(scene, to_share, defocus, radius_px), 0.0
 
 
 def _bends_of_squares(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
@@ -290,6 +294,52 @@ def _bends_of_parts(scene: Scene, to_share: np.ndarray, defocus: Defocus, radius
     lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in places]
     lights = [window_mean(light, side, "nearest") for light in lights]
     return float(np.quantile(np.concatenate([_bends_behind(light, behind, defocus).ravel() for light in lights]), MOST))
+
+
+def _ends_between_pixels(scene: Scene, to_share: np.ndarray, defocus: Defocus, radius_px: float) -> float:
+    """Return `SceneContrast.ends` of pixels wider than photosites, from the smallest radius on; of a large scene, of parts.
+
+    Means over photosites, weighted by the areas of a circle in photosites, have more variance than a photosite behind a circle:
+    a twelfth of its square where the circle is wide, and up to 1.7 times that, or a fourth, as the rim lies among photosites.
+    What cells leave themselves in the light that these are held against is as much, of their own size.
+    """
+    radii_px = [radius_px, *(one for one in WIDENED_PX if radius_px < one < defocus.largest_px)]
+    lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
+    left = [
+        np.concatenate([_left_of_circle(light, min(one, WIDEST_END_PX), defocus).ravel() for light in lights])
+        for one in radii_px
+    ]
+    return 12.0 * (1.0 + CELLS**-2.0) * max(float(np.quantile(own, MOST)) for own in left)
+
+
+def _left_of_circle(light: np.ndarray, radius_px: float, defocus: Defocus) -> np.ndarray:
+    """What weights of a circle leave of light whose means over photosites they are given, in the noise of that light.
+
+    light: as of `_bends_behind`. Returns (channels, rows, columns) of photosites.
+    """
+    weights, exact = disk_weights(radius_px), disk_weights(CELLS * radius_px)
+    beside, found = math.ceil(radius_px) + 1, []
+    for axis, length in enumerate(light.shape[:2]):
+        cells = np.arange(-beside * CELLS, (round(length / defocus.scale) + beside) * CELLS) + 0.5
+        light = _between(light, cells / CELLS * defocus.scale - 0.5, axis)
+    inner = slice(beside, -beside)
+
+    def means(cells: np.ndarray) -> np.ndarray:
+        return cells.reshape(len(cells) // CELLS, CELLS, -1, CELLS).mean(axis=(1, 3))
+
+    for channel in range(light.shape[2]):
+        own = light[..., channel].astype(np.float64)
+        seen = means(_weighted(own, exact))[inner, inner]
+        left = _weighted(means(own), weights)[inner, inner] - seen
+        found.append(seen_contrast(np.abs(left), np.maximum(seen, 0.0), defocus.accuracy))
+    return np.stack(found)
+
+
+def _weighted(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Sums of values (rows, columns) around each, with weights (n, n) around their middle; beyond an end those at the other."""
+    reach = len(weights) // 2
+    found = np.fft.irfft2(np.fft.rfft2(values) * np.fft.rfft2(weights, values.shape), values.shape)
+    return np.asarray(np.roll(found, (-reach, -reach), (0, 1)))
 
 
 def _pixel_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: list[float]) -> tuple[float, float]:
