@@ -255,8 +255,8 @@ def test_penumbrae_of_a_fine_scene_behind_a_filter_end_in_the_dark():
 
 
 def test_penumbrae_of_a_layer_before_one_in_focus_end_in_the_dark(tmp_path):
-    """The audit found 0.49 sigma where a layer ends in the dark, and 0.21 were stated (seed 3001, shot 38)."""
-    assert plan(load_shot(draw_shot(3001, 38).write(tmp_path))).error_budget.predicted_sigma > 0.49
+    """The audit found 0.49 sigma, standard error 0.015, where a layer ends in the dark; 0.21 were told (seed 3001, shot 38)."""
+    assert plan(load_shot(draw_shot(3001, 38).write(tmp_path))).error_budget.predicted_sigma > 0.49 - 3.3 * 0.015
 
 
 def test_a_lamp_of_coarse_pixels_states_the_end_of_its_spot(tmp_path):
