@@ -150,9 +150,13 @@ def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndar
     single = (visible.sum(axis=0) == 1) & (~visible | (np.stack([seen.filled for seen in around]) >= 1.0)).all(axis=0)
     reach = np.stack([np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px)) for seen in around])
     several = (visible & (reach > accuracy.sharp_px)).sum(axis=0) > 1
-    samples_per_axis = defocus.samples_per_axis(_smallest_radius(around, visible), largest)
+    smallest, step = _smallest_radius(around, visible), float(accuracy.detail > 0.0)
+    samples_per_axis = defocus.samples_per_axis(smallest, largest)
+    is_product = ~several & (visible.sum(axis=0) > 1) & (product_error(largest, step) > accuracy.allowed)
+    if step:  # wide circles take samples enough for the edges of what is in focus beside them
+        samples_per_axis = np.where(is_product, defocus.samples_per_axis(smallest, smallest), samples_per_axis)
     samples_per_axis = np.maximum(samples_per_axis, min(defocus.wider, 4))  # edges stay where the camera's photosites show them
-    apart = ~several & ((samples_per_axis == 1) | (product_error(largest) <= accuracy.allowed))
+    apart = ~several & ((samples_per_axis == 1) | ~is_product)
     conditions = [single & (largest <= defocus.copied_px), single & smooth, smooth & apart, smooth]
     methods = [Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED]
     chosen = np.select(conditions, methods, Method.OCCLUSION)

@@ -156,10 +156,10 @@ def test_the_laws_of_product_and_slope_bound_what_is_found():
         slope_step = 1.0
 
     case = penumbra(-3.4, 0.3, 4)
-    just_enough = 1.01 * product_error(3.4) / case_plan(case, 20000.0).optics.defocus.accuracy.sigma
+    just_enough = 1.01 * product_error(3.4, 0.0) / case_plan(case, 20000.0).optics.defocus.accuracy.sigma
     assert 0.1 < just_enough < 0.12
     found = blurred_case(case, 20000.0, just_enough)
-    assert 0.5 * product_error(3.4) < share(case, found) < 1.5 * product_error(3.4)
+    assert 0.5 * product_error(3.4, 0.0) < share(case, found) < 1.5 * product_error(3.4, 0.0)
     plane = slanted_plane((0.05, 0.11), 2)
     found = executed_case(plane, with_accuracy(case_plan(plane), Flat))
     assert share(plane, found) < slope_error(0.12 * np.sqrt(2.0)) + grid_error(0.5, 2, 2)
