@@ -26,7 +26,6 @@ FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and th
 MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
 AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
-AGREED_GUESSED = 1.0  # the same where the background behind edges is assumed, whose error is the larger one there
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
 ALIKE_PX = 0.8  # difference of signed radii up to which layers hide the same parts at each point of the aperture [photosites]
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
@@ -161,10 +160,9 @@ class Accuracy:
 
         Returns its slope over light and its value in the dark, in the mosaic's unit: the noise at each place counts.
         is_guessed: whether the background behind edges is assumed, whose error no number of points lowers: then what is allowed
-        is not below MEASURED, and means may differ by all of it.
+        is not below MEASURED.
         """
-        share = AGREED_GUESSED * max(self.allowed, MEASURED) if is_guessed else AGREED * self.allowed
-        allowed = share * self.brightest
+        allowed = AGREED * (max(self.allowed, MEASURED) if is_guessed else self.allowed) * self.brightest
         variance_e = max(self.electrons + self.read_noise_e**2, 1.0)
         square = allowed**2 / variance_e
         return square * self.electrons_per_radiance, square * max(self.read_noise_e**2, 1.0)
