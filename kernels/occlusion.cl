@@ -29,7 +29,8 @@
 #include "plain_math.h"
 #include "point_sums.h"
 #include "row_band.h"
-#include "slab_light.h"
+#include "slab_heads.h"
+#include "slab_rows.h"
 
 // Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites.
 kernel void occlusion(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
@@ -37,7 +38,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                       global const struct patch_window *restrict windows, const struct sampling sampling, const struct row_band band) {
     global const uint *block = blocks + BLOCK * get_global_id(2);
     const size_t column = block[0] + get_global_id(0) * SPAN, next = 2 * OVER * band.set_columns; // to the next row of the colour
-    const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, patch_columns = set_columns / HALF_PATCH;
+    const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns;
     float sum[CORRECTION ? COLORS * LAYERS * ALL : 1], seen[CORRECTION ? LAYERS * ALL : 1], all[COLORS * ALL], all_seen[ALL];
     float before[ALL], missed[ALL], covered[ALL], sharp[COLORS * ALL], kept[COLORS * ALL];
     const struct point_sums sums = {sum, seen, all, all_seen};
@@ -54,43 +55,44 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         sharp[m] = planes[(OVER * (set % 2) + colour[of_color(m / ALL, set)]) * plane + start + OVER * (long)(set / 2) * set_columns + i / SPAN * next + i % SPAN];
     }
     for (uint n = 0; n < sampling.point_count && agreed + 1u != 1u << COLORS; n++) {
-        int current = -1;
-        for (uint k = block[2], end = k + block[3]; k < end; k++) {
-            global const float *slab = slabs + 6 * k;
-            const int layer = (int)slab[0], is_mapped = slab[1] >= 0.0f;
-            global const float *point = points + POINT * ((size_t)block[4] + n + MOTION * layer * sampling.point_count);
-            const float low = slab[2] + (slab[3] - slab[2]) * point[4], high = slab[3] + (slab[4] - slab[3]) * point[4];
-            const float middle = 0.5f * (low + high), s = middle > -SHARP_PX && middle < SHARP_PX ? 0.0f : middle;
-            const struct block_view view = view_block(point, block, s, start, band);
-            const int dx = view.dx, dy = view.dy;
-            const uint down = (OVER * block[1] + (uint)view.top) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)view.left) / (COLUMN_SETS * HALF_PATCH);
-            global const struct patch_window *window = windows + ((size_t)layer * sampling.patch_rows + down) * patch_columns + across;
-            const float least = is_mapped ? low - 0.25f * (high - low) : -1e30f, most = is_mapped ? high : 1e30f; // overlaps the slab in front, so that slopes show no gaps
-            if (view.held && !is_met(window, (int)slab[5], !MOTION && is_beyond(least, slab[2], slab[3]), MOTION && is_mapped ? beside_slab(view.u_x, view.u_y) : 0.0f, high - low, least, most)) continue;
-            const int fresh = current < 0, partial = COVERAGE && !(view.held && window->filled >= 1.0f);
-            if (!OPAQUE && layer != current)
-                for (uint i = 0; i < ALL; i++) begin_layer(fresh, before + i, missed + i, covered + i);
-            current = layer;
-            const float past = GROWS ? (float)(int)(get_global_id(1) * ROWS) - 0.5f * (float)(int)(get_global_size(1) * ROWS - 1) : 0.0f;
-            const float right = GROWS ? OVER * (s * point[5] + point[7]) : 0.0f, below = GROWS ? OVER * (s * point[6] + point[8]) : 0.0f;
-            const float f = view.x - (float)dx + past * right, g = view.y - (float)dy + past * below;
-            const int mapped = is_mapped && !(view.held && window->least >= least && window->greatest < most);
-            uint unmet[SPAN];
-            for (uint i = 0; i < SPAN; i++) unmet[i] = 0u;
-            global const float *held = planes + layer * COLUMN_SETS * (long)(band.channels + COVERAGE) * plane + start;
-            struct slab_samples at = {{held}, held + COLUMN_SETS * (long)band.channels * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
-                {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
-                {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
-                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};
-            set_planes(at.light, held, colour, plane);
-            const struct ray_state ray = {before, missed, covered, all, all_seen, sum + CORRECTION * layer * ALL, seen + CORRECTION * layer * ALL, unmet, sharp};
-            add_case(mapped, partial, fresh, at, ray);
-            for (uint i = 1; i < SPAN; i++) unmet[0] |= unmet[i];
-            if (unmet[0]) continue;
-            if (OPAQUE) break; // nothing behind is seen
-            while (k + 1 < end && (int)slabs[6 * k + 6] == current) k++; // the ray is fully covered by this layer: skip its other slabs
+        int current = -1; // layer
+        uint open[ROWS], begun[ROWS] = {0u}, left = 1u; // left: whether any ray is
+        for (uint j = 0; j < ROWS; j++) open[j] = 1u;
+        for (uint first = block[2], end = first + block[3]; first < end; first += HEADS) {
+            if (OPAQUE && !left) break; // nothing behind is seen
+            struct slab_heads heads;
+            find_slabs(&heads, first, end, n, block, slabs, points, windows, start, sampling, band);
+            for (uint h = 0; h < HEADS; h++) {
+                global const float *slab = slabs + 6 * (first + h);
+                if (!heads.met[h] || (!left && OPAQUE + ((int)slab[0] == current))) continue; // or rays are fully covered by this layer
+                const int layer = (int)slab[0], is_mapped = slab[1] >= 0.0f;
+                global const float *point = point_of(points, block, n, layer, sampling);
+                global const struct patch_window *window = windows + heads.window[h];
+                const float least = heads.least[h], most = heads.most[h], s = heads.radius[h];
+                const struct block_view view = view_block(point, block, s, start, band);
+                const int dx = view.dx, dy = view.dy, partial = COVERAGE && !(view.held && window->filled >= 1.0f);
+                if (!OPAQUE && layer != current) {
+                    for (uint i = 0; i < ALL; i++) begin_layer(current < 0, before + i, missed + i, covered + i);
+                    for (uint j = 0; j < ROWS; j++) open[j] = 1u;
+                }
+                current = layer;
+                const float past = GROWS ? (float)(int)(get_global_id(1) * ROWS) - 0.5f * (float)(int)(get_global_size(1) * ROWS - 1) : 0.0f;
+                const float right = GROWS ? OVER * (s * point[5] + point[7]) : 0.0f, below = GROWS ? OVER * (s * point[6] + point[8]) : 0.0f;
+                const float f = view.x - (float)dx + past * right, g = view.y - (float)dy + past * below;
+                const int mapped = is_mapped && !(view.held && window->least >= least && window->greatest < most);
+                global const float *held = planes + layer * COLUMN_SETS * (long)(band.channels + COVERAGE) * plane + start;
+                struct slab_samples at = {{held}, held + COLUMN_SETS * (long)band.channels * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
+                    {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
+                    {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
+                    (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, s, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};
+                set_planes(at.light, held, colour, plane);
+                const struct ray_state ray = {before, missed, covered, all, all_seen, sum + CORRECTION * layer * ALL, seen + CORRECTION * layer * ALL, open, begun, sharp};
+                add_case(mapped, partial, at, ray);
+                left = 0u;
+                for (uint j = 0; j < ROWS; j++) left |= open[j];
+            }
         }
-        if (OPAQUE && current >= 0) for (uint i = 0; i < ALL; i++) all_seen[i] += 1.0f - missed[i];
+        if (OPAQUE) add_seen(begun, missed, all_seen);
         if (n + 1 < sampling.least || n + 1 == sampling.point_count || (n & (n + 1)) != 0) continue;
         for (uint c = 0; c < COLORS; c++) { // `kept` is what a colour found whose rays agree, whatever rays others take
             if (agreed >> c & 1u) continue;
