@@ -30,6 +30,8 @@ INLINE float mix(global const float *plane, const struct weights w, const struct
     return w.a * plane[spot.a] + w.b * plane[spot.b] + w.c * plane[spot.c] + w.d * plane[spot.d];
 }
 
+#define LEAST_LEFT 1e-3f // share of a ray up to which it ends: each by itself, so that light does not depend on which ones a work-item has
+
 // Add the slab's light to photosite m of a set; returns the share of its ray that is left.
 // OPAQUE 1: only the last layer has a coverage below 1. The share that missed all slabs so far, of whatever layer, is the share that
 // passes on, and no other state is needed; all_seen is less the share that has met any slab. fresh: whether this is the first slab
@@ -37,7 +39,8 @@ INLINE float mix(global const float *plane, const struct weights w, const struct
 INLINE float add_ray(const int partial, const int fresh, const uint m, const struct weights w, const struct slab_samples at,
                      const struct ray_state ray, const struct spot spot, const uint set) {
     const float met = w.a + w.b + w.c + w.d, cover = partial ? mix(at.coverage, w, spot) : met;
-    const float missed = OPAQUE && fresh ? 1.0f : ray.missed[m], open = OPAQUE ? missed : ray.before[m] * missed, left = missed - missed * met;
+    const float missed = OPAQUE && fresh ? 1.0f : ray.missed[m], open = OPAQUE ? missed : ray.before[m] * missed;
+    const float rest = missed - missed * met, left = rest > LEAST_LEFT ? rest : 0.0f;
     __attribute__((opencl_unroll_hint(COLORS)))
     for (uint c = 0; c < COLORS; c++) {
         const float more = mix(at.light[of_color(c, set)], w, spot) - ray.sharp[c * ALL + m] * cover;

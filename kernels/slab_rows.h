@@ -37,7 +37,7 @@ INLINE uint add_row(const int wide, const int mapped, const int partial, const i
         const float left0 = add_ray(partial, fresh, m, w0, at, ray, s0, 0), left1 = add_ray(partial, fresh, m + SIZE, w1, at, ray, s1, 1);
         const float left2 = add_ray(partial, fresh, m + 2 * SIZE, w2, at, ray, s2, 2), left3 = add_ray(partial, fresh, m + 3 * SIZE, w3, at, ray, s3, 3);
         const float even = left0 > left1 ? left0 : left1, odd = left2 > left3 ? left2 : left3, most = even > odd ? even : odd;
-        left |= most > 1e-3f ? 1u : 0u;
+        left |= most > 0.0f ? 1u : 0u;
     }
     return mapped ? left : 0u;
 }

@@ -22,6 +22,8 @@ from simulator.optics.defocus.radius_slabs import make_slab_lists
 from simulator.optics.passes.tile_plan import plan_tiles
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
+from simulator.pipeline.planner import measure
 from simulator.sensor.camera.camera import Window
 
 RENDERS = Path(__file__).parents[4] / "shared" / "data" / "mitsuba"
@@ -73,6 +75,24 @@ def test_a_step_in_depth_of_one_picture_is_that_of_two_layers(bench):
     beyond = slice(edge - margin, None)  # on the near side only what is seen beside it can stand in
     assert hardest(single, bench) == Method.OCCLUSION
     assert statistics(z_scores(found[:, beyond], expected[:, beyond], 2000.0)).p99 < 0.15
+
+
+def test_light_does_not_depend_on_the_photosites_of_a_work_item(bench):
+    """A GPU's work-item has 2 x 2 of them, a CPU's 256: rays are followed as far in both, and a block sees as many points."""
+    rng = np.random.default_rng(8)
+    plane = slanted_plane((0.02, 0.03))
+    steps = rng.choice([-9.0, -4.0, 0.0, 5.0], (1, 12, 12)).repeat(12, axis=1).repeat(16, axis=2)
+    rows, columns = plane.radius_px.shape[1:]
+    case = dataclasses.replace(plane, radius_px=plane.radius_px + steps[:, :rows, :columns])
+    case = dataclasses.replace(case, colour=rng.uniform(0.1, 1.0, case.colour.shape))
+    assert hardest(case, bench) == Method.OCCLUSION
+    planned = case_plan(case)
+    frame = planned.optics.window
+    lights = [
+        device.download(expose(measure(planned, device), device), (frame.height, frame.width), np.float32)
+        for device in (bench.device, bench.like(span=1).device)
+    ]
+    np.testing.assert_array_equal(*lights)
 
 
 def test_a_broken_floor_follows_the_reference_path(bench):
