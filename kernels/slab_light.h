@@ -40,7 +40,8 @@ INLINE float add_ray(const int partial, const int fresh, const uint m, const str
                      const struct ray_state ray, const struct spot spot, const uint set) {
     const float met = w.a + w.b + w.c + w.d, cover = partial ? mix(at.coverage, w, spot) : met;
     const float missed = OPAQUE && fresh ? 1.0f : ray.missed[m], open = OPAQUE ? missed : ray.before[m] * missed;
-    const float rest = missed - missed * met, left = rest > LEAST_LEFT ? rest : 0.0f;
+    const float rest = missed - missed * met, least = MOTION && rest < 0.0f ? rest : 0.0f; // below 0: light is continued beyond samples
+    const float left = rest > LEAST_LEFT ? rest : least;
     __attribute__((opencl_unroll_hint(COLORS)))
     for (uint c = 0; c < COLORS; c++) {
         const float more = mix(at.light[of_color(c, set)], w, spot) - ray.sharp[c * ALL + m] * cover;
