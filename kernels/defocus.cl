@@ -1,32 +1,27 @@
 // Thin-lens defocus of one surface. The light of a photosite is the mean over the image of the aperture, whose signed radius may
 // change from photosite to photosite. That mean is tabulated at nodes 1 / NODES_PER_PX apart in radius and interpolated:
 //   light(x) = sum over nodes n of node_weight(radius(x), n) * mean over the aperture's image of node n's radius
-// A node's mean is a sum of taps. Most are differences of running sums down the columns, between rows where the image's weights
-// change (simulator/optics/defocus/aperture_kernel.py); small images are read from the samples themselves.
+// A node's mean is a sum of taps. Most read running sums down the columns, at the rows where the image's weights change
+// (simulator/optics/defocus/aperture_kernel.py); small images are read from the samples themselves.
 //
 // sampled: (planes, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, and with
 //          COVERAGE 1 one plane of coverage (0 to 1) after the colours; interleaved columns, a band with its margins.
-// sums:    (channels + COVERAGE, COLUMN_SETS, sample_rows + 2, set_columns) float32, of this surface. Rows 0 to sample_rows: sum of all
-//          samples above the row in its column, each less the column's minimum, which keeps sums and so their rounding
-//          errors small; these do not add up (Kahan). Last row: the column's minimum.
+// sums:    (channels + COVERAGE, COLUMN_SETS, sample_rows + 1, set_columns) float32, of this surface: sum of all samples above the row
+//          in its column, whose rounding errors do not add up (Kahan).
 // radius:  (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus; OVER 1.
 // light:   (mosaics, height, width) float32, of mosaic_colors.h.
 // open:    (mosaics, height, width) float32, share of light that the nearer surfaces let through. COMPOSITE 1: this surface is composited
 //          behind them, and `open` is multiplied by one minus its mean coverage. COMPOSITE 0: not read.
-// tiles:   (tiles) struct tile. nodes: (nodes) struct node, taps: (taps) struct tap, of all nodes (aperture_mean.h).
+// tiles:   (tiles) struct tile (mean_tile.h). nodes: (nodes) struct node, taps: (taps) struct tap, of all nodes (aperture_mean.h).
 // corners: (tiles, 2, TILE_ZONES + 1) uint32, first place in `entries` of each corner of a tile's zones (zones.h); ZONE 0: not read.
 // entries: (corners, nodes that tiles name) int32, place in `nodes` of the node that holds at that corner; ZONE 0: not read.
 #include "conventions.h"
 #include "aperture_mean.h"
 #include "interleaved_columns.h"
+#include "mean_tile.h"
 #include "mosaic_colors.h"
 #include "row_band.h"
 #include "zones.h"
-
-struct tile {
-    uint column, row;        // first photosite in the band: column within its set, row of photosites
-    uint first_node, nodes;  // in `nodes`, or with zones in a corner's list; 0 nodes: the surface is sharp and is copied
-};
 
 struct surface {
     uint first_plane; // of `sampled`
@@ -42,21 +37,15 @@ kernel void defocus_sums(global const float *restrict sampled, global float *res
                          const struct row_band band) {
     const size_t set = get_global_id(1), first = get_global_id(0) * SPAN, rows = band.sample_rows, columns = band.set_columns;
     global const float *value = sampled + row_start(COLUMN_SETS * first_plane + set, 0, rows, columns) + first;
-    global float *sum = sums + row_start(set, 0, rows + 2, columns) + first;
-    float low[SPAN], running[SPAN], lost[SPAN]; // lost: by which the running sum is too large
-    for (uint i = 0; i < SPAN; i++) low[i] = value[i];
-    for (size_t row = 1; row < rows; row++)
-        for (uint i = 0; i < SPAN; i++) low[i] = value[row * columns + i] < low[i] ? value[row * columns + i] : low[i];
+    global float *sum = sums + row_start(set, 0, rows + 1, columns) + first;
+    float running[SPAN], lost[SPAN]; // lost: by which the running sum is too large
     for (uint i = 0; i < SPAN; i++) running[i] = lost[i] = 0.0f;
     for (size_t row = 0; row < rows; row++)
         for (uint i = 0; i < SPAN; i++) {
             sum[row * columns + i] = running[i];
-            add_kept(value[row * columns + i] - low[i], running + i, lost + i);
+            add_kept(value[row * columns + i], running + i, lost + i);
         }
-    for (uint i = 0; i < SPAN; i++) {
-        sum[rows * columns + i] = running[i];
-        sum[(rows + 1) * columns + i] = low[i];
-    }
+    for (uint i = 0; i < SPAN; i++) sum[rows * columns + i] = running[i];
 }
 
 // Dimension 0: spans of a tile; 1: its rows of photosites, each as even and odd columns; 2: tiles.
@@ -82,23 +71,26 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
         global const int *places = entries + zone_corner(corners, get_global_id(2), corner, first_x);
         for (uint n = tile.first_node; n < tile.first_node + tile.nodes; n++) {
             const struct node node = nodes[ZONE ? places[n] : (int)n];
-            for (uint i = 0; i < SPAN; i++)
-                share[i] = corner_share(corner, zone_place(first_x + 2 * i), down) * (NODES ? node_weight(own[i] * NODES_PER_PX, node.radius) : 1.0f);
+            uint counts = 0u; // whether the node does for any photosite
+            for (uint i = 0; i < SPAN; i++) {
+                const float between = NODES ? node_weight(own[i] * NODES_PER_PX, node.radius) : 1.0f;
+                share[i] = is_left_out(tile, first_x + 2 * i, row - tile.row) ? 0.0f : between * corner_share(corner, zone_place(first_x + 2 * i), down);
+                counts |= share[i] != 0.0f ? 1u : 0u;
+            }
+            if (!counts) continue;
             for (uint what = 0; what < COLORS + COMPOSITE; what++) {
                 const size_t set = what == COLORS ? COLUMN_SETS * (size_t)band.channels : colour + COLUMN_SETS * what;
                 global const float *values = sampled + row_start(first + set, OVER * row, rows, columns) + column;
-                global const float *summed = sums + row_start(set, OVER * row, rows + 2, columns) + column;
-                global const float *low = sums + row_start(set, rows + 1, rows + 2, columns) + column;
+                global const float *summed = sums + row_start(set, OVER * row, rows + 1, columns) + column;
                 for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
-                add_image(node, values, summed, taps, parity, mean);
-                add_taps(low, taps + node.first_side, node.sides, parity, mean);
+                add_taps(node.direct ? values : summed, taps + node.first_tap, node.taps, parity, mean);
                 for (uint i = 0; i < SPAN; i++) sum[what * SPAN + i] += share[i] * mean[i];
             }
         }
     }
     for (uint i = 0; i < SPAN; i++) {
         const uint x = (uint)(2 * (column + i) + parity) + (uint)band.frame_x; // wraps to a large number left of the frame
-        if (x >= band.width) continue;
+        if (x >= band.width || is_left_out(tile, first_x + 2 * i, row - tile.row)) continue;
         const size_t at = mosaic_element(0, x, y, band); // mosaics that are made together share the first one's `open`
         const float through = COMPOSITE ? open[at] : 1.0f;
         for (uint c = 0; c < COLORS; c++)

@@ -103,34 +103,26 @@ def blur_table(images: Sequence[Taps], numbers: Sequence[int], samples_per_axis:
     """Table of these images.
 
     numbers: `Image.node` of each. rows: rows of samples in the band. set_columns: columns of each column set.
-    The taps of all nodes come first, then the taps of the columns' minima.
     """
-    # A plane of prefix sums has two rows more than one of samples: the sum of all rows, and the columns' minima.
-    taps = [(image.rows, image.columns, image.weights, rows if image.direct else rows + 2) for image in images]
-    sides = [(0 * image.sides, image.sides, image.totals, rows + 2) for image in images]
-    counts = np.array([-(-len(part[0]) // CHUNK) * CHUNK for part in taps + sides])
-    first, (all_taps, all_sides) = np.cumsum(counts) - counts, np.split(counts, 2)
+    counts = np.array([-(-len(image.rows) // CHUNK) * CHUNK for image in images])
     nodes = np.zeros(len(images), declared_struct(kernel_source("aperture_mean.h"), "node"))
-    nodes["first_tap"], nodes["first_side"] = np.split(first, 2)
-    nodes["taps"], nodes["sides"] = all_taps, all_sides
+    nodes["first_tap"], nodes["taps"] = np.cumsum(counts) - counts, counts
     nodes["radius"], nodes["direct"] = numbers, [image.direct for image in images]
-    return BlurTable(nodes, _taps(taps + sides, counts, samples_per_axis, set_columns))
+    return BlurTable(nodes, _taps(images, counts, samples_per_axis, rows, set_columns))
 
 
-def _taps(
-    parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]], counts: np.ndarray, samples_per_axis: int, set_columns: int
-) -> np.ndarray:
+def _taps(images: Sequence[Taps], counts: np.ndarray, samples_per_axis: int, rows: int, set_columns: int) -> np.ndarray:
     """Taps (taps,) of `struct tap`.
 
-    parts: row and column offsets from the photosite's first sample, weights, and rows of the plane that is read.
-    counts: taps of each part, including the taps of weight 0 that pad it to whole chunks.
+    counts: taps of each image, including the taps of weight 0 that pad it to whole chunks. The others are of `blur_table`.
     """
     taps = np.zeros(int(counts.sum()) + CHUNK, declared_struct(kernel_source("aperture_mean.h"), "tap"))  # no buffer is empty
-    down, right = _padded([part[0] for part in parts]), _padded([part[1] for part in parts])
-    height = np.repeat([*(part[3] for part in parts), 0], [*counts, CHUNK])
+    down, right = _padded([image.rows for image in images]), _padded([image.columns for image in images])
+    # A plane of prefix sums has a row more than one of samples: the sum of all rows.
+    height = np.repeat([*(rows if image.direct else rows + 1 for image in images), 0], [*counts, CHUNK])
     for parity in (0, 1):
         taps["offset"][:, parity] = element(0, down, samples_per_axis * parity + right, samples_per_axis, height, set_columns)
-    taps["weight"] = _padded([part[2] for part in parts])
+    taps["weight"] = _padded([image.weights for image in images])
     return taps
 
 

@@ -71,6 +71,13 @@ class TileChoice:
         """Return the choice in which these tiles (a mask) are not computed."""
         return replace(self, computed=self.computed & ~tiles)
 
+    def left_out(self) -> np.ndarray:
+        """Blocks of each tile whose light is no mean over the aperture's image: a bit each, row by row."""
+        elsewhere = (self.blocks.methods == Method.OCCLUSION) | (self.blocks.methods == Method.WIDE)
+        rows, columns = self.methods.shape
+        of_tiles = elsewhere.reshape(rows, ROWS_IN_TILE, columns, COLUMNS_IN_TILE).swapaxes(1, 2).reshape(rows, columns, -1)
+        return of_tiles @ (1 << np.arange(ROWS_IN_TILE * COLUMNS_IN_TILE))
+
     def tiles_of_blocks(self, blocks: np.ndarray) -> np.ndarray:
         """Mask of the tiles that hold any of these blocks (a mask)."""
         return _any_block(blocks)

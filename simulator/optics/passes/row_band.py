@@ -116,7 +116,8 @@ class RowBand:
         # A work-item computes 16 columns and 4 rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held: dict[str, object] = {"OVER": samples_per_axis, "COVERAGE": self.coverage}
-        self.defines = {**held, "SPAN": device.span}
+        sizes = {"TILE_COLUMNS": TILE_COLUMNS, "BLOCK_COLUMNS": BLOCK_COLUMNS, "BLOCK_ROWS": BLOCK_ROWS}
+        self.defines = {**held, **sizes, "SPAN": device.span}
         self.windows = PatchWindows(device, self.layout, self.defocus, held)
 
     def _node_defines(self, per_px: int) -> dict[str, str]:
@@ -254,10 +255,10 @@ class RowBand:
         clipped: bool,
         rows: BandRows,
     ) -> None:
-        table, places = self.tables.of_tiles(clipped)
+        table, numbers = self.tables.of_tiles(clipped)
         zone_defines = self.tables.defines(clipped)
         defines = {**self.defines, **variant, **zone_defines}
-        spans, first = HALF_TILE // zone_defines["SPAN"], places[chosen.first_image[layer]]
+        spans, first = HALF_TILE // zone_defines["SPAN"], numbers[chosen.first_image[layer]]
         surface = {
             "first_plane": layer * self.layer_planes,
             "map": max(map_numbers(self.defocus.radii_px)[layer], 0),
@@ -265,7 +266,8 @@ class RowBand:
             "map_row": (rows.first - self.area.y) % 2**32,  # wraps where the band begins above the map; rows in it do not
             "zone_row": -rows.first % BAND_ROWS,
         }
-        listed = self.device.upload(self._places(rows, selected, TILE_ROWS, TILE_COLUMNS, first, images))
+        places = self._places(rows, selected, TILE_ROWS, TILE_COLUMNS, first, images)
+        listed = self.device.upload(np.column_stack([places, chosen.left_out()[selected]]).astype(np.uint32))
         corners = self.tables.corners(chosen.zone[selected] if clipped else None)
         for launch in self.launches:
             cfa = self.mosaics.cfas[launch.start]

@@ -6,6 +6,7 @@ from helpers.camera_builders import small_camera
 from helpers.scene_builders import band_scene
 
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.passes.defocused_mosaic import defocused_mosaic, defocused_mosaics
@@ -17,11 +18,11 @@ from simulator.sensor.camera.cfa import Cfa
 ROWS, COLUMNS = 48, 160
 
 
-def planned_blur(device, near_m):
-    """Plan of a frame with a slope behind a step, and the planes of its scene."""
+def planned_blur(device, near_m, brightest=400.0):
+    """Plan of a frame with a slope behind a step, and the planes of its scene, whose brightest pixel may be a highlight."""
     rng, camera = np.random.default_rng(0), small_camera(COLUMNS, ROWS, "RGGB")
     light = rng.random((ROWS, COLUMNS, camera.channels))
-    light[20, 40] = 400.0  # a highlight
+    light[20, 40] = brightest
     depth_m = np.where(np.arange(COLUMNS) < 90, near_m, np.linspace(2.0, 2.1, COLUMNS)) * np.ones((ROWS, 1))
     shot = Shot(band_scene(light, depth_m), ThinLens(50.0, 2.8, 2.0), Exposure(0.001), camera)
     planned = measure(plan(shot), device)
@@ -62,6 +63,24 @@ def test_the_blur_takes_one_build_for_all_filters_and_one_for_all_colours(device
         assert (found == np.choose(own, [red, green, blue])).mean() > 0.9
     assert len(built["occlusion"]) == 2
     assert len(built["defocus_mean"]) == 2 * 2  # of tiles that are composited, and of others
+
+
+def test_blocks_that_sample_the_aperture_take_no_means(device, monkeypatch):
+    """Without the samples these blocks stay dark, and no others do."""
+    optics, tiles, planes = planned_blur(device, 1.2, brightest=1.0)
+    run = device.run
+    monkeypatch.setattr(
+        device, "run", lambda kernel, *sizes, **arguments: kernel.name == "occlusion" or run(kernel, *sizes, **arguments)
+    )
+    light = device.download(
+        defocused_mosaic(tiles, optics.cfa, device, planes, lambda share: None), (ROWS, COLUMNS), np.float32
+    )
+    sampled = tiles.chosen.blocks.methods == Method.OCCLUSION
+    sampled = np.repeat(np.repeat(sampled, BLOCK_ROWS, axis=0), BLOCK_COLUMNS, axis=1)
+    window, area = tiles.optics.window, tiles.area
+    down, right = window.y - area.tile_y, window.x - area.tile_x
+    np.testing.assert_array_equal(light == 0.0, sampled[down : down + ROWS, right : right + COLUMNS])
+    assert 0.1 < (light == 0.0).mean() < 0.9
 
 
 def test_colours_that_follow_one_another_are_made_together():
