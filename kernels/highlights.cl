@@ -19,6 +19,7 @@
 #include "interleaved_columns.h"
 #include "plain_math.h"
 #include "row_band.h"
+#include "slab_list.h"
 
 #define LEAST 0.5f  // blur radius below which the spot is that of the photosite [photosites]
 #define NEARER 1.0f // least difference in blur radius by which a slab of the highlight's own layer lies before it [photosites]
@@ -57,26 +58,27 @@ kernel void highlights_spread(global const float *restrict sampled, global const
         const float share = weights[point[3] + j * point[4] + i] * tilt * own[3 + colour];
         float open = 1.0f, missed = 1.0f, covered = 0.0f;
         int current = -1;
-        for (uint k = block[2]; k < block[2] + block[3] && (int)slabs[6 * k] <= point[2]; k++) {
-            global const float *slab = slabs + 6 * k;
+        for (uint k = block[2]; k < block[2] + block[3] && (int)slabs[slab_element(k)] <= point[2]; k++) {
+            global const float *slab = slabs + slab_element(k);
+            const float map_number = slab[SLAB_GROUP], border = slab[3 * SLAB_GROUP];
             if ((int)slab[0] != current) {
                 open *= 1.0f - covered;
                 missed = 1.0f;
                 covered = 0.0f;
             }
             current = (int)slab[0];
-            const float low = 0.5f * (slab[2] + slab[3]), high = 0.5f * (slab[3] + slab[4]), s = 0.5f * (low + high);
+            const float low = 0.5f * (slab[2 * SLAB_GROUP] + border), high = 0.5f * (border + slab[4 * SLAB_GROUP]), s = 0.5f * (low + high);
             if (current == point[2] && high + NEARER > own[0]) continue;
             const float u = OVER * ((float)across + s * towards_x + 0.5f) - 0.5f, v = OVER * ((float)down + s * towards_y + 0.5f) - 0.5f;
             const int left = whole(u), top = whole(v);
             const float f = u - (float)left, g = v - (float)top;
             global const float *coverage = sampled + (current * (band.channels + COVERAGE) + band.channels) * plane;
-            global const float *map = radius + (slab[1] < 0.0f ? 0 : (size_t)slab[1] * plane);
+            global const float *map = radius + (map_number < 0.0f ? 0 : (size_t)map_number * plane);
             float met = 0.0f, cover = 0.0f;
             for (int corner = 0; corner < 4; corner++) {
                 const int c = left + corner % 2, r = top + corner / 2;
-                const float px = slab[1] < 0.0f ? low : sample_at(map, c, r, band);
-                const float inside = slab[1] < 0.0f || (px >= low && px < high) ? 1.0f : 0.0f;
+                const float px = map_number < 0.0f ? low : sample_at(map, c, r, band);
+                const float inside = map_number < 0.0f || (px >= low && px < high) ? 1.0f : 0.0f;
                 const float weight = inside * (corner % 2 ? f : 1.0f - f) * (corner / 2 ? g : 1.0f - g);
                 met += weight;
                 cover += weight * (COVERAGE ? sample_at(coverage, c, r, band) : 1.0f);

@@ -11,13 +11,14 @@
 #include "layer_pair.h"
 #include "mosaic_colors.h"
 #include "row_band.h"
+#include "slab_list.h"
 
 // Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites.
 kernel void layer_covariance(global const float *restrict planes, global float *restrict light, global const uint *restrict blocks,
                              global const float *restrict slabs, global const float *restrict points, const struct sampling sampling,
                              const struct row_band band) {
     global const uint *block = blocks + BLOCK * get_global_id(2);
-    global const float *near = slabs + 6 * block[2], *far = near + 6, *first_point = points + POINT * (size_t)block[4];
+    global const float *near = slabs + slab_element(block[2]), *far = near + 1, *first_point = points + POINT * (size_t)block[4];
     const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, next = 2 * OVER * set_columns, channels = band.channels;
     const uint top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
     const long start = OVER * (long)top * set_columns + (long)(block[0] + get_global_id(0) * SPAN); // of the first photosite in its column set
@@ -42,7 +43,7 @@ kernel void layer_covariance(global const float *restrict planes, global float *
     }
     uint agreed = 0;
     for (uint n = 0, end = sampling.least; n < sampling.point_count && agreed + 1u != 1u << COLORS; n = end, end *= 2u) {
-        for (; n < end; n += BATCH_POINTS) add_points(sums, sharp, coverage, behind, first_point + POINT * n, block, near[2], far[2], band);
+        for (; n < end; n += BATCH_POINTS) add_points(sums, sharp, coverage, behind, first_point + POINT * n, block, near[2 * SLAB_GROUP], far[2 * SLAB_GROUP], band);
         if (end == sampling.point_count) continue;
         for (uint c = 0; c < COLORS; c++) { // `kept` is what a colour found whose rays agree, whatever rays others take
             if (agreed >> c & 1u) continue;

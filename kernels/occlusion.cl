@@ -2,8 +2,7 @@
 // each point a photosite sees along a ray, on which the layers are composited front to back:
 //   light(x) = mean over points u of sum over layers l of colour_l(x + s_l u) * product over j < l of (1 - coverage_j(x + s_j u))
 // A layer is one slab of constant signed blur radius s, or several: the parts of it whose radius lies in one range. A slab is read
-// bilinearly at the middle of its range, less the samples whose radius lies outside. Ranges shift from point to point (phase, 0 to
-// 1), which averages out the steps between slabs.
+// bilinearly at the middle of its range, less the samples whose radius lies outside. Ranges shift with the point's phase, so that no steps show.
 // CORRECTION 1: `light` already holds each layer's exact mean over the aperture, composited (defocus.cl). The mean of a product
 // differs from the product of means by the covariance of the layers over the aperture; only that is added here.
 //
@@ -13,7 +12,7 @@
 // light:  (mosaics, height, width) float32, of mosaic_colors.h.
 // blocks: (blocks, BLOCK) uint32: column within its set and row of the first photosite in the band, first slab, slabs, first point; TURNS 1: and
 //         columns and rows of that photosite's middle from the middle of its cell, as the bits of a float32.
-// slabs:  (slabs, 6) float32, layer by layer, nearest first: layer, map (-1: constant radius), three radii [photosites]: at phase 0
+// slabs:  (groups, 6, SLAB_GROUP) float32 (slab_list.h), layer by layer, nearest first: layer, map (-1: constant radius), three radii [photosites]: at phase 0
 //         the slab's range goes from the first to the second, at phase 1 from the second to the third; and the slab's class.
 // windows: (layers, patch_rows, patch_columns) struct patch_window of the band (patch_windows.cl): slabs that no sample lies in are
 //         left out, and where all samples lie in a slab no radius is read.
@@ -30,6 +29,7 @@
 #include "point_sums.h"
 #include "row_band.h"
 #include "slab_heads.h"
+#include "slab_list.h"
 #include "slab_rows.h"
 
 // Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites.
@@ -63,9 +63,9 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             struct slab_heads heads;
             find_slabs(&heads, first, end, n, block, slabs, points, windows, start, sampling, band);
             for (uint h = 0; h < HEADS; h++) {
-                global const float *slab = slabs + 6 * (first + h);
-                if (!heads.met[h] || (!left && OPAQUE + ((int)slab[0] == current))) continue; // or rays are fully covered by this layer
-                const int layer = (int)slab[0], is_mapped = slab[1] >= 0.0f;
+                global const float *slab = slabs + slab_element(first + h);
+                const int layer = (int)slab[0], map = (int)slab[SLAB_GROUP], is_mapped = map >= 0;
+                if (!heads.met[h] || (!left && OPAQUE + (layer == current))) continue; // or rays are fully covered by this layer
                 global const float *point = point_of(points, block, n, layer, sampling);
                 global const struct patch_window *window = windows + heads.window[h];
                 const float least = heads.least[h], most = heads.most[h], s = heads.radius[h];
@@ -81,7 +81,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                 const float f = view.x - (float)dx + past * right, g = view.y - (float)dy + past * below;
                 const int mapped = is_mapped && !(view.held && window->least >= least && window->greatest < most);
                 global const float *held = planes + layer * COLUMN_SETS * (long)(band.channels + COVERAGE) * plane + start;
-                struct slab_samples at = {{held}, held + COLUMN_SETS * (long)band.channels * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
+                struct slab_samples at = {{held}, held + COLUMN_SETS * (long)band.channels * plane, radius + (is_mapped ? COLUMN_SETS * (long)map * plane : 0) + start,
                     {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
                     {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
                     (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, s, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};

@@ -7,6 +7,7 @@ import numpy as np
 from simulator.optics.defocus.defocus import CLASSES, Defocus, Method, RadiusStatistics
 
 EVEN_PX = 0.3  # largest range of a surface's radius that a correction may ignore at the accuracy MEASURED [photosites]
+SLAB_GROUP = 16  # slabs whose numbers of one kind stand side by side for kernels/slab_list.h
 EVEN_STEPS_PER_PX = 8  # resolution of constant radii [1 / photosite]; blocks of equal rounded radius share a list of slabs
 
 
@@ -52,14 +53,18 @@ def find_even_radius(defocus: Defocus, seen: RadiusStatistics, methods: np.ndarr
 class SlabLists:
     """Slabs of the blocks that sample the aperture.
 
-    slabs: (slabs, 6) float32 as in kernels/occlusion.cl. first, count: (blocks,) range of each block's slabs.
-    mapped: (blocks,) whether any slab of the block reads a radius map.
+    slabs: (slabs, 6) float32 as in kernels/occlusion.cl; the last of each list fills the rest of its group of SLAB_GROUP.
+    first, count: (blocks,) range of each block's slabs. mapped: (blocks,) whether any slab of the block reads a radius map.
     """
 
     slabs: np.ndarray
     first: np.ndarray
     count: np.ndarray
     mapped: np.ndarray
+
+    def in_groups(self) -> np.ndarray:
+        """Slabs as kernels/slab_list.h reads them, (groups, 6, SLAB_GROUP) float32."""
+        return np.ascontiguousarray(self.slabs.reshape(-1, SLAB_GROUP, 6).swapaxes(1, 2))
 
 
 def make_slab_lists(defocus: Defocus, present: np.ndarray, even_px: np.ndarray) -> SlabLists:
@@ -74,7 +79,10 @@ def make_slab_lists(defocus: Defocus, present: np.ndarray, even_px: np.ndarray) 
     keys = np.concatenate([np.where(several, present, present > 0).astype(np.uint64), even_px.view(np.uint32)], dtype=np.uint64)
     _, first_of, index = np.unique(keys, axis=1, return_index=True, return_inverse=True)
     slabs, count = _slabs(defocus, present[:, first_of], even_px[:, first_of])
-    index, first = index.reshape(-1), np.concatenate([[0], np.cumsum(count)[:-1]])
+    filled = -(-count // SLAB_GROUP) * SLAB_GROUP
+    index, first = index.reshape(-1), np.cumsum(filled) - filled
+    place = np.minimum(np.arange(filled.sum()) - np.repeat(first, filled), np.repeat(count, filled) - 1)
+    slabs = slabs[np.repeat(np.cumsum(count) - count, filled) + place]
     mapped = np.logical_or.reduce(several & (present > 0), axis=0)
     return SlabLists(slabs, first[index], count[index], mapped)
 

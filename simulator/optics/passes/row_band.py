@@ -24,7 +24,7 @@ from simulator.optics.defocus.defocus import (
     TILE_ROWS,
     Method,
 )
-from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
+from simulator.optics.defocus.radius_slabs import SLAB_GROUP, BlockChoice, SlabLists, make_slab_lists
 from simulator.optics.defocus.tile_methods import ROWS_IN_TILE, TileChoice, each_block
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
@@ -117,7 +117,7 @@ class RowBand:
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held: dict[str, object] = {"OVER": samples_per_axis, "COVERAGE": self.coverage}
         sizes = {"TILE_COLUMNS": TILE_COLUMNS, "BLOCK_COLUMNS": BLOCK_COLUMNS, "BLOCK_ROWS": BLOCK_ROWS}
-        self.defines = {**held, **sizes, "SPAN": device.span}
+        self.defines = {**held, **sizes, "SLAB_GROUP": SLAB_GROUP, "SPAN": device.span}
         self.windows = PatchWindows(device, self.layout, self.defocus, held)
 
     def _node_defines(self, per_px: int) -> dict[str, str]:
@@ -164,7 +164,7 @@ class RowBand:
         if not blocks.any():
             return BlockSlabs(blocks, self.mosaics.open, SlabLists(*np.zeros((4, 0), int)))
         lists = make_slab_lists(self.defocus, chosen.blocks.present[:, blocks], chosen.blocks.even_px[:, blocks])
-        return BlockSlabs(blocks, self.device.upload(lists.slabs), lists)
+        return BlockSlabs(blocks, self.device.upload(lists.in_groups()), lists)
 
     def _find(
         self, limit: np.ndarray | None, slabs: "BlockSlabs", blocks: np.ndarray, rows: BandRows, *, lamps: bool
