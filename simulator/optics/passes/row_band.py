@@ -117,7 +117,7 @@ class RowBand:
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held: dict[str, object] = {"OVER": samples_per_axis, "COVERAGE": self.coverage}
         sizes = {"TILE_COLUMNS": TILE_COLUMNS, "BLOCK_COLUMNS": BLOCK_COLUMNS, "BLOCK_ROWS": BLOCK_ROWS}
-        self.defines = {**held, **sizes, "SLAB_GROUP": SLAB_GROUP, "SPAN": device.span}
+        self.defines: dict[str, object] = {**held, **sizes, "SLAB_GROUP": SLAB_GROUP, "SPAN": device.span}
         self.windows = PatchWindows(device, self.layout, self.defocus, held)
 
     def _node_defines(self, per_px: int) -> dict[str, str]:
