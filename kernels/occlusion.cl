@@ -58,14 +58,13 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         int current = -1; // layer
         uint open[ROWS], begun[ROWS] = {0u}, left = 1u; // left: whether any ray is
         for (uint j = 0; j < ROWS; j++) open[j] = 1u;
-        for (uint first = block[2], end = first + block[3]; first < end; first += HEADS) {
-            if (OPAQUE && !left) break; // nothing behind is seen
+        for (uint first = block[2], end = first + block[3]; first < end && (left | (OPAQUE ^ 1u)); first += HEADS) { // OPAQUE: until no ray is left
             struct slab_heads heads;
             find_slabs(&heads, first, end, n, block, slabs, points, windows, start, sampling, band);
-            for (uint h = 0; h < HEADS; h++) {
+            for (uint h = 0; h < HEADS && first + h < end && (left | (OPAQUE ^ 1u)); h++) {
                 global const float *slab = slabs + slab_element(first + h);
                 const int layer = (int)slab[0], map = (int)slab[SLAB_GROUP], is_mapped = map >= 0;
-                if (!heads.met[h] || (!left && OPAQUE + (layer == current))) continue; // or rays are fully covered by this layer
+                if (!heads.met[h] || (!left && layer == current)) continue; // or rays are fully covered by this layer
                 global const float *point = point_of(points, block, n, layer, sampling);
                 global const struct patch_window *window = windows + heads.window[h];
                 const float least = heads.least[h], most = heads.most[h], s = heads.radius[h];

@@ -42,13 +42,15 @@ INLINE uint add_row(const int wide, const int mapped, const int partial, const i
     return mapped ? left : 0u;
 }
 
-// Add the slab's light to all rows that have rays left and meet it. Only an opaque scene asks whether a slab is the first one that a row
-// meets: else there are half as many cases to compile.
+// Add the slab's light to all rows that have rays left and meet it. Rows below one that meets it are not asked, since most do. Only an
+// opaque scene asks whether a slab is the first one that a row meets: else there are half as many cases to compile.
 INLINE void add_slab(const int mapped, const int partial, const struct slab_samples first, const struct ray_state ray) {
+    uint meets = 0u;
     __attribute__((opencl_unroll_hint(ROWS))) // else compilers keep 25 addresses on the stack and step all of them
     for (uint j = 0; j < ROWS; j++) {
         const struct slab_samples at = GROWS ? on_row(first, j) : first;
-        if (!ray.open[j] || (mapped && !meets_row(at, j))) continue;
+        if (!ray.open[j] || (mapped && !meets && !meets_row(at, j))) continue;
+        meets = 1u;
         if (OPAQUE && !ray.begun[j]) ray.open[j] = add_row(0, mapped, partial, 1, at, ray, j);
         else ray.open[j] = add_row(0, mapped, partial, 0, at, ray, j);
         ray.begun[j] = 1u;
