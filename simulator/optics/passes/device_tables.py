@@ -12,6 +12,7 @@ from simulator.optics.defocus.aperture_mean_tables import BlurTable, aperture_ta
 from simulator.optics.defocus.aperture_samples import aperture_samples, moving_samples
 from simulator.optics.defocus.defocus import TILE_COLUMNS, Method
 from simulator.optics.defocus.field_zones import Zones
+from simulator.optics.defocus.radius_slabs import SlabLists, make_slab_lists
 from simulator.optics.passes.tile_plan import TilePlan
 
 MOST_KEPT_BYTES = 1 << 27  # of a table that is kept for the next frame
@@ -36,7 +37,8 @@ class DeviceTables:
     """
 
     def __init__(self, tiles: TilePlan, device: Device, samples_per_axis: int) -> None:
-        self._device, self._pupil, self._zones, self._area = device, tiles.defocus.pupil, tiles.zones, tiles.defocus.area
+        self._device, self._defocus, self._zones = device, tiles.defocus, tiles.zones
+        self._pupil, self._area = self._defocus.pupil, self._defocus.area
         self.samples_per_axis = samples_per_axis
         self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.computed)), samples_per_axis)
         self._unread = device.zeros((1,), np.int32)
@@ -117,6 +119,11 @@ class DeviceTables:
         if sum(points.nbytes for points in list(known.values())) > MOST_KEPT_BYTES:  # another thread may add some
             known.clear()
         return self.zones.points(*around, count, self.samples_per_axis, self._area, known)
+
+    def slab_lists(self, present: np.ndarray, even_px: np.ndarray) -> SlabLists:
+        """`make_slab_lists` of blocks, which are mostly those of the frame before."""
+        blocks = "slabs", present.tobytes(), even_px.tobytes()
+        return self._kept(blocks, lambda: make_slab_lists(self._defocus, present, even_px), lambda made: made.slabs.nbytes)
 
     def moving_points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> tuple[np.ndarray, np.ndarray]:
         """Aperture samples as of `points`, and the share of the light that has come at the instant of each, (count,)."""

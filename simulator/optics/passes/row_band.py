@@ -24,7 +24,7 @@ from simulator.optics.defocus.defocus import (
     TILE_ROWS,
     Method,
 )
-from simulator.optics.defocus.radius_slabs import SLAB_GROUP, BlockChoice, SlabLists, make_slab_lists
+from simulator.optics.defocus.radius_slabs import SLAB_GROUP, BlockChoice, SlabLists
 from simulator.optics.defocus.tile_methods import ROWS_IN_TILE, TileChoice, each_block
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
@@ -163,7 +163,7 @@ class RowBand:
             blocks = blocks | each_block(chosen.tiles_with(Method.CORRECTED))
         if not blocks.any():
             return BlockSlabs(blocks, self.mosaics.open, SlabLists(*np.zeros((4, 0), int)))
-        lists = make_slab_lists(self.defocus, chosen.blocks.present[:, blocks], chosen.blocks.even_px[:, blocks])
+        lists = self.tables.slab_lists(chosen.blocks.present[:, blocks], chosen.blocks.even_px[:, blocks])
         return BlockSlabs(blocks, self.device.upload(lists.in_groups()), lists)
 
     def _find(
