@@ -156,13 +156,17 @@ class Taps:
     """Reads (taps) whose weighted sum is a weighted sum over an area: of samples, or of prefix sums down the columns.
 
     rows, columns: (taps,) offsets [samples] from the photosite's first sample to the sample or prefix sum that is read; a
-        prefix sum holds all samples above it in its column. weights: (taps,) factors.
+        prefix sum holds all samples above it in its column. weights: (taps,) factor of each sample, or of what a prefix sum
+        has more than the one read before; in chunks of CHUNK, of which the first has none.
+    sides: (columns,) offsets of the kernel's columns; totals: (columns,) sum of the weights of each. Empty for samples.
     direct: whether samples are read instead of prefix sums.
     """
 
     rows: np.ndarray
     columns: np.ndarray
     weights: np.ndarray
+    sides: np.ndarray
+    totals: np.ndarray
     direct: bool = False
 
 
@@ -171,9 +175,10 @@ def make_taps(images: Sequence[np.ndarray], samples_per_axis: int = 1, direct: i
 
     The photosite's own samples lie in the middle of a kernel; the first is element (n - samples_per_axis) // 2 of each axis.
 
-    The sum over w[i] v[i] is the sum over S[i] (w[i - 1] - w[i]), S[i] = v[0] + ... + v[i - 1]. The weights of an evenly bright
-    aperture change at its rim only, so that the work grows with the radius instead of its square. A small kernel reads the
-    samples themselves: as quick, and without the rounding errors of prefix sums beside highlights.
+    The sum over w[i] v[i] is the sum over w (S[b] - S[a]) of the parts a to b of a column of one weight w, S[i] = v[0] + ... +
+    v[i - 1]. Where nothing is added between a and b, the difference is exactly 0, however large the sums are. An evenly
+    bright aperture has only one such part per column, so that the work grows with the radius instead of its square.
+    A small kernel reads the samples themselves: as quick, and without the rounding errors of prefix sums beside highlights.
     direct: number of weights of the largest kernel that reads samples.
     """
     taps: dict[int, Taps] = {}
@@ -188,14 +193,26 @@ def _taps_of(weights: np.ndarray, samples_per_axis: int, direct: int) -> Iterato
     """`make_taps` of kernels of one size, (images, n, n)."""
     images, size, _ = weights.shape
     reach, is_direct = (size - samples_per_axis) // 2, size**2 <= direct
+    sides, totals = np.zeros(0, int), np.zeros((images, 0))
     if is_direct:
         image, rows, columns = np.nonzero(weights)
         read = weights[image, rows, columns]
     else:
         steps = np.diff(weights, axis=1, prepend=0.0, append=0.0)
         image, columns, rows = np.nonzero(np.abs(steps.transpose(0, 2, 1)) > 1e-12)
-        read = -steps[image, rows, columns]
+        goes_on = (np.diff(image, prepend=-1) == 0) & (np.diff(columns, prepend=-1) == 0)
+        read = np.where(goes_on, weights[image, rows - 1, columns], 0.0)
+        sides, totals = np.arange(size) - reach, weights.sum(axis=1)
     rows, columns = rows - reach, columns - reach
     ends = np.searchsorted(image, np.arange(images + 1)).tolist()
-    for begin, end in pairwise(ends):
-        yield Taps(rows[begin:end], columns[begin:end], read[begin:end], is_direct)
+    for n, (begin, end) in enumerate(pairwise(ends)):
+        own = np.arange(begin, end) if is_direct else begin + _overlapping_chunks(end - begin)
+        factors = read[own] if is_direct else np.where(np.arange(len(own)) % CHUNK, read[own], 0.0)
+        yield Taps(rows[own], columns[own], factors, sides, totals[n], is_direct)
+
+
+def _overlapping_chunks(count: int) -> np.ndarray:
+    """Numbers below `count` in chunks that begin with the last number of the one before, so that no difference is missing."""
+    chunks = max(-(-(count - 1) // (CHUNK - 1)), 1)
+    numbers = (CHUNK - 1) * np.arange(chunks)[:, None] + np.arange(CHUNK)
+    return numbers[numbers < count]

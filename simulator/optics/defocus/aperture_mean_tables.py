@@ -11,7 +11,7 @@ from simulator.device.threads import THREADS, in_threads
 from simulator.optics.defocus.aperture_kernel import CHUNK, MOST_WEIGHTS, Taps, make_taps, photosite_weights
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.defocus.tilted_kernel import tilted_weights
-from simulator.optics.geometry.interleaved_columns import element
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns, element
 from simulator.optics.pupil.pupil import Pupil
 
 LEAST_WEIGHTS = 100_000  # that are worth several threads
@@ -99,30 +99,40 @@ def _weights(pupil: Pupil, images: list[_Key], samples_per_axis: int, area: Phot
     return [weights[n] for n in range(len(images))]
 
 
-def blur_table(images: Sequence[Taps], numbers: Sequence[int], samples_per_axis: int, rows: int, set_columns: int) -> BlurTable:
+def blur_table(images: Sequence[Taps], numbers: Sequence[int], layout: InterleavedColumns, *, minima: bool) -> BlurTable:
     """Table of these images.
 
-    numbers: `Image.node` of each. rows: rows of samples in the band. set_columns: columns of each column set.
+    numbers: `Image.node` of each. layout: of the samples of a band. minima: whether sums are less their columns' minima.
+    The taps of all nodes come first, then those of the minima.
     """
-    counts = np.array([-(-len(image.rows) // CHUNK) * CHUNK for image in images])
-    nodes = np.zeros(len(images), declared_struct(kernel_source("aperture_mean.h"), "node"))
-    nodes["first_tap"], nodes["taps"] = np.cumsum(counts) - counts, counts
+    # A plane of prefix sums has two rows more than one of samples: the sum of all rows, and the columns' minima.
+    parts = [(image.rows, image.columns, image.weights, layout.rows + 2 * (not image.direct)) for image in images]
+    if minima:
+        parts += [(0 * image.sides, image.sides, image.totals, layout.rows + 2) for image in images]
+    counts = np.array([-(-len(part[0]) // CHUNK) * CHUNK for part in parts])
+    first, count = np.cumsum(counts) - counts, len(images)
+    nodes = np.zeros(count, declared_struct(kernel_source("aperture_mean.h"), "node"))
+    nodes["first_tap"], nodes["taps"] = first[:count], counts[:count]
+    if minima:
+        nodes["first_side"], nodes["sides"] = first[count:], counts[count:]
     nodes["radius"], nodes["direct"] = numbers, [image.direct for image in images]
-    return BlurTable(nodes, _taps(images, counts, samples_per_axis, rows, set_columns))
+    return BlurTable(nodes, _taps(parts, counts, layout))
 
 
-def _taps(images: Sequence[Taps], counts: np.ndarray, samples_per_axis: int, rows: int, set_columns: int) -> np.ndarray:
+def _taps(
+    parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]], counts: np.ndarray, layout: InterleavedColumns
+) -> np.ndarray:
     """Taps (taps,) of `struct tap`.
 
-    counts: taps of each image, including the taps of weight 0 that pad it to whole chunks. The others are of `blur_table`.
+    parts: row and column offsets from the photosite's first sample, weights, and rows of the plane that is read.
+    counts: taps of each part, including the taps of weight 0 that pad it to whole chunks. layout: of the samples.
     """
     taps = np.zeros(int(counts.sum()) + CHUNK, declared_struct(kernel_source("aperture_mean.h"), "tap"))  # no buffer is empty
-    down, right = _padded([image.rows for image in images]), _padded([image.columns for image in images])
-    # A plane of prefix sums has a row more than one of samples: the sum of all rows.
-    height = np.repeat([*(rows if image.direct else rows + 1 for image in images), 0], [*counts, CHUNK])
+    down, right = _padded([part[0] for part in parts]), _padded([part[1] for part in parts])
+    height = np.repeat([*(part[3] for part in parts), 0], [*counts, CHUNK])
     for parity in (0, 1):
-        taps["offset"][:, parity] = element(0, down, samples_per_axis * parity + right, samples_per_axis, height, set_columns)
-    taps["weight"] = _padded([image.weights for image in images])
+        taps["offset"][:, parity] = element(0, down, layout.over * parity + right, layout.over, height, layout.set_columns)
+    taps["weight"] = _padded([part[2] for part in parts])
     return taps
 
 

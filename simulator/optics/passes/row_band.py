@@ -228,7 +228,12 @@ class RowBand:
             defines: dict[str, object] = {**self.defines, **own, **NO_NODES}
             kernel = self.device.kernel("defocus_sums", defines, file="defocus.cl")
             size = (self.layout.set_columns // span, self.layout.column_sets * planes)
-            buffers = {"sampled": self.sampled, "sums": self.sums, "first_plane": layer * self.layer_planes}
+            buffers = {
+                "sampled": self.sampled,
+                "sums": self.sums,
+                "first_plane": layer * self.layer_planes,
+                "less": int(self.tables.minima),
+            }
             self.device.run(kernel, size, None, **buffers, band=self._row_band(rows))
         constant = chosen.constant[layer]
         for graded, several, selected in (
