@@ -211,7 +211,8 @@ def _sampling_left(planned: OpticsPlan, defocus: Defocus, over: int, darker: flo
     assert own is not None  # of `defocus`
     squares, lamps = darker * squares_left(accuracy, least_px, over, defocus.scale), 0.0
     if contrast.lamp > 0.0:
-        dark, share = contrast.around_lamps, rim_share(defocus.scale, over)
+        dark = contrast.around_lamps
+        share = rim_share(defocus.scale, over, contrast.lamp, accuracy, dark)
         lamps = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, share, own.area.beyond(over)))
     if own.gathers_scene(np.array([least_px]), np.array([largest_px])).any():
         return max(squares, lamps), 0.0, 0.0

@@ -108,6 +108,23 @@ def test_rims_of_single_bright_pixels_over_black_keep_what_is_told_of_rectangles
     assert found is not None and 0.0 < found["promises"] <= 1.0
 
 
+def test_single_bright_pixels_gathered_by_eight_rectangles_keep_what_is_told_of_them(device):
+    """Where a search found 1.13 times of it: a sixth of the pixels bright, at the largest radius of so few rectangles."""
+    case = next(case for case in CASES if case.name == "mixed_squares")
+    light = (np.random.default_rng(1).random((100, 120)) < 0.17).astype(np.float32)
+    found = case.measure(device, {"light": light, "electrons": 4177.84, "radius_px": 0.25})
+    assert found is not None and 0.5 < found["promises"] <= 1.0
+
+
+@pytest.mark.parametrize("electrons", [1e5, 826246.0])
+def test_a_small_lamp_in_the_corner_of_a_photosite_keeps_what_is_told_of_its_rim(device, electrons):
+    """Where a search found 1.5 times of it, and 2.0 where noise hides the upright parts of the rim: 13 photosites of blur."""
+    case = next(case for case in CASES if case.name == "lamps_in_the_dark")
+    lamp = {"frame": "large", "scale": 4.0, "right": 3, "down": 0, "second": 0.0, "other": 0.001}
+    found = case.measure(device, {**lamp, "electrons": electrons, "radius_px": 13.384})
+    assert found is not None and 0.5 < found["promises"] <= 1.0
+
+
 @pytest.mark.parametrize("way_px", [(0.0, 0.0, 5.0, 6.0), (-6.0, -6.0, 5.0, 6.0)])
 def test_a_slanting_path_past_corners_of_lights_keeps_what_its_plan_promises(device, way_px):
     """Where searches found 1.7 times of it: in the dark in the middle of a path, where instants are sparse."""

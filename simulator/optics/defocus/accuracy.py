@@ -203,7 +203,7 @@ class Accuracy:
 
     def gathering_error(self) -> float:
         """Error of gathering the scene's pixels through an aperture of rectangles, as a share of the brightest light."""
-        return 5e-4 * self.detail
+        return 6e-4 * self.detail
 
     def in_sigma(self, share: float) -> float:
         """Convert an error from a share of the brightest light to standard deviations."""

@@ -11,6 +11,7 @@ import numpy as np
 from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 
 RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
+SLANTED, SLANTED_SEEN = 2.95, 0.13  # times what an upright rim leaves, and share of the spot that is seen there
 SPOT = 4400.0  # brightest spot of those that bound `spot_error`, in the light around it: 20,000 over pi 1.2^2
 RIM_MOVED, RIM_SEEN = 3e-3, 5e-2  # of a lamp that eight rectangles gather: its light, and the root of it in its own noise
 
@@ -76,14 +77,22 @@ def spot_error(lamp: float, dark: float = 1.0) -> float:
     return 0.5 * lamp / math.sqrt(dark + lamp)
 
 
-def rim_share(scale: float, samples_per_axis: int) -> float:
+def rim_share(scale: float, samples_per_axis: int, lamp: float, accuracy: Accuracy, dark: float) -> float:
     """Share of a lamp's spot that falls beside it where samples mix the pixels of a scene, and all else is even.
 
     A sample that a pixel of the side w covers by o has o / w of its light, and spreads it as a point or a square of 1 / n. At
-    a straight rim along the border of a photosite o n (1/n - o)^2 / 2w of the spot is beyond it, at most 2 / (27 w n^2); of a
-    point 1 / (16 w n^2). A bent rim leaves less.
+    a straight rim along the border of a photosite o n (1/n - o)^2 / 2w of the spot is beyond it, most where o is a third of the
+    sample, or a pixel that is smaller; of a point 1 / (16 w n^2). A bent rim leaves less. A slanted rim past a pixel in the
+    corner of a sample leaves up to SLANTED times as much, but where SLANTED_SEEN of the spot is seen, too, whose noise counts.
+
+    lamp, dark: light of the spot and around it, as shares of the brightest light.
     """
-    return min(2.0 / 27.0 * max(scale, 1.0) / samples_per_axis**2, RIM_SHARE)
+    noise_e2 = max(dark * accuracy.electrons + accuracy.read_noise_e**2, 1.0)
+    pixel, sample = 1.0 / max(scale, 1.0), 1.0 / samples_per_axis
+    covered = min(pixel, sample / 3.0)
+    upright = 0.5 * covered / pixel * (sample - covered) ** 2 / sample
+    slanted = SLANTED / math.sqrt(1.0 + SLANTED_SEEN * lamp * accuracy.electrons / noise_e2)
+    return upright * max(1.0, slanted)
 
 
 def shadow_share(near_px: float, far_px: float, scale: float, open_side: float, samples_per_axis: int) -> float:

@@ -135,7 +135,7 @@ def error_terms(
         add("images of the aperture between radii that are tabulated", left, RAYS, falls=not is_finest)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         is_mixed, dark = not is_sloped and defocus.scale >= 1.0 - 1e-6, contrast.around_lamps
-        shares = _spot_shares(own, reads_pixels=reads_pixels) if is_mixed else (RIM_SHARE, 0.0)
+        shares = _spot_shares(own, contrast, reads_pixels=reads_pixels) if is_mixed else (RIM_SHARE, 0.0)
         spots = max(spot_error(contrast.lamp, dark), rim_error(contrast.lamp, accuracy, dark, *shares, SPOT))
         add("edges of the spots of lamps", spots, FINER_SCENE)
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
@@ -180,7 +180,7 @@ def error_terms(
     return terms
 
 
-def _spot_shares(defocus: Defocus, *, reads_pixels: bool) -> tuple[float, float]:
+def _spot_shares(defocus: Defocus, contrast: SceneContrast, *, reads_pixels: bool) -> tuple[float, float]:
     """Shares of a lamp's spot that samples bring to where it is dark: those that mix its pixel, and what is seen of any.
 
     These lie beyond the open area, or behind a nearer layer. reads_pixels: of `error_terms`; photosites are their middles then.
@@ -195,7 +195,8 @@ def _spot_shares(defocus: Defocus, *, reads_pixels: bool) -> tuple[float, float]
     ]
     if reads_pixels or area.has_squares(samples):
         return 0.0, max(shadows, default=0.0)
-    return rim_share(defocus.scale, samples), max([area.beyond(samples), *shadows])
+    mixed = rim_share(defocus.scale, samples, contrast.lamp, defocus.accuracy, contrast.around_lamps)
+    return mixed, max([area.beyond(samples), *shadows])
 
 
 def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:

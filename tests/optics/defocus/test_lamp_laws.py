@@ -12,6 +12,7 @@ from helpers.area_truth import photosite_means
 from helpers.fine_frame import fine_shot, frame_radiance
 from helpers.lens_frame import depth_of
 from helpers.scene_builders import FixedScene
+from scipy.signal import fftconvolve
 
 from simulator import load_shot
 from simulator.optics.defocus.accuracy import Accuracy
@@ -23,7 +24,7 @@ from simulator.pipeline.planner import Plan, measure, plan
 from simulator.scene.scene import Layer
 
 
-@pytest.mark.parametrize(("scale", "samples"), [(1.25, 1), (1.5, 2), (1.5, 4), (2.5, 2), (2.5, 4), (3.0, 4)])
+@pytest.mark.parametrize(("scale", "samples"), [(1.25, 1), (4.0, 1), (10.0, 1), (1.5, 2), (1.5, 4), (2.5, 2), (2.5, 4), (3.0, 4)])
 def test_what_samples_move_beyond_a_straight_rim_is_bounded(scale, samples):
     """Light of a pixel that ends at the border of a photosite, at all places among the samples."""
     width, side, moved = 1.0 / scale, 1.0 / samples, 0.0
@@ -34,7 +35,34 @@ def test_what_samples_move_beyond_a_straight_rim_is_bounded(scale, samples):
         as_squares = np.maximum(ends - end, 0.0) ** 2 / (2.0 * side)
         as_points = np.maximum(ends - 0.5 * side - end, 0.0)
         moved = max(moved, float(shares @ as_squares), float(shares @ as_points))
-    assert 0.9 * min(rim_share(scale, samples), 0.15) < moved <= 1.001 * 2.0 / 27.0 * scale * side**2
+    stated = rim_share(scale, samples, 1e6, Accuracy(), 0.0)
+    assert 0.9 * stated < moved <= 1.001 * stated
+
+
+@pytest.mark.parametrize("samples", [1, 2])
+@pytest.mark.parametrize("scale", [4.0, 8.0])
+@pytest.mark.parametrize("spot_e", [0.1, 3.0, 11.0, 40.0, 1e4])
+def test_what_samples_move_beyond_a_slanted_rim_is_bounded(scale, samples, spot_e):
+    """A pixel in the corner of a sample and a rim of any slant, in the noise of what is seen there and 1 e- of the read-out."""
+    side, width, worst = 1.0 / samples, 1.0 / scale, 0.0
+    place = np.linspace(-2.0, 2.0, 2001)
+
+    def lit(widths: np.ndarray) -> np.ndarray:
+        """Share of the light of uniform lines of these widths, one after the other, beyond each place."""
+        light = np.eye(1, 2001, 1000)[0]
+        for wide in widths[widths > 0.01].tolist():
+            share = np.clip((wide + 0.002 - np.abs(2.0 * place)) / 0.004, 0.0, 1.0)
+            light = fftconvolve(light, share / share.sum(), mode="same")
+        return 1.0 - np.cumsum(light)
+
+    for slant in np.radians(np.linspace(0.0, 45.0, 10)):
+        across = np.array([np.cos(slant), np.sin(slant)])
+        moved = 0.5 * (side - width) * across.sum()
+        mixed = lit(np.concatenate([across, side * across]))
+        exact = np.interp(place + moved, place, lit(np.concatenate([across, width * across])))
+        worst = max(worst, float(((mixed - exact) / np.sqrt(1.0 + spot_e * np.maximum(exact, 0.0))).max()))
+    stated = rim_share(scale, samples, spot_e / 2000.0, Accuracy(read_noise_e=1.0), 0.0)
+    assert 0.5 * stated < worst <= 1.02 * stated
 
 
 @pytest.mark.parametrize("samples", [1, 2, 3, 4, 8])
