@@ -24,7 +24,9 @@ from simulator.pipeline.planner import Plan, measure, plan
 from simulator.scene.scene import Layer
 
 
-@pytest.mark.parametrize(("scale", "samples"), [(1.25, 1), (4.0, 1), (10.0, 1), (1.5, 2), (1.5, 4), (2.5, 2), (2.5, 4), (3.0, 4)])
+@pytest.mark.parametrize(
+    ("scale", "samples"), [(1.25, 1), (4.0, 1), (10.0, 1), (1.5, 2), (1.5, 4), (2.5, 2), (2.5, 4), (3.0, 4)]
+)
 def test_what_samples_move_beyond_a_straight_rim_is_bounded(scale, samples):
     """Light of a pixel that ends at the border of a photosite, at all places among the samples."""
     width, side, moved = 1.0 / scale, 1.0 / samples, 0.0
