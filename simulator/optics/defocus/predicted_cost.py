@@ -31,12 +31,12 @@ from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
 COST_NS = {
     "frame": 5.5e5,  # of a frame: tables and buffers
     "launches": 7.5e4,  # for each kernel that is launched
-    "samples": 0.8,  # for each sample of a colour of a layer in a band with its margins: summed
+    "samples": 0.75,  # for each sample of a colour of a layer in a band with its margins: summed
     "gathers": 2.8,  # for each photosite without samples, scene pixel and rectangle of the aperture
-    "means": 0.025,  # for each photosite and weight of each image of the aperture that its tile has
+    "means": 0.016,  # for each photosite and weight of each image of the aperture that its tile has
     "image samples": 4.9e3,  # for each sample across an image of the aperture
     "corrections": 0.31,  # for each photosite, aperture sample and slab
-    "points": 0.105,  # for each photosite, aperture sample that it may take, and slab
+    "points": 0.095,  # for each photosite, aperture sample that it may take, and slab
     "blocks": 20.0,  # for each photosite of blocks that sample the aperture
     "clipped images": 1.1e4,  # for each image of the aperture that rims clip, which the host makes for each frame
     "clipped slices": 17.0,  # for each slice of such an image
