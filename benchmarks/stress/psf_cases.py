@@ -46,8 +46,8 @@ def run_psf(device: Device, inputs: Inputs) -> Outcome:
 def spread_light(optics: OpticsPlan, planes: np.ndarray) -> np.ndarray:
     """Light (rows, columns) behind a planned point spread function in focus, of a scene of one plane and pixel per photosite.
 
-    Lamps and what exceeds the limit of highlights are squares of light; the rest is what photosites see. Lamps are added to what
-    the others leave, which is not negative.
+    Lamps and what exceeds the limit of highlights are squares of light; the rest is what photosites see. Lamps are added to
+    what the others leave, which is not negative.
     """
     psf, weight = optics.psf, float(optics.weights.sum())
     assert psf is not None
