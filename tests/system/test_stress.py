@@ -138,10 +138,13 @@ def test_a_slanting_path_past_corners_of_lights_keeps_what_its_plan_promises(dev
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=ids)
 def test_a_kernel_stays_within_its_bound_wherever_a_search_of_new_numbers_leads(device, launched, case):
-    number = int(np.random.SeedSequence().generate_state(1)[0])
-    print("seed", number)
-    found = search(case, device, number, examples=200, steps=2000, seconds=5.0)
-    assert found.within_bounds(), (found.worst, found.at)
+    """Few inputs fit into the seconds of some cases; then others are looked at until each kernel has run."""
+    for number in np.random.SeedSequence().generate_state(8).tolist():
+        print("seed", number)
+        found = search(case, device, number, examples=200, steps=2000, seconds=5.0)
+        assert found.within_bounds(), (found.worst, found.at)
+        if launched >= set(case.kernels):
+            break
     assert launched >= set(case.kernels)
 
 
