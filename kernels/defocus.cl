@@ -33,16 +33,16 @@ struct surface {
     uint zone_row;    // row of photosites of the band at which a row of zones begins
 };
 
-// less: 1: sums are less the columns' minima.
+// minima: 1: sums are less the columns' minima.
 // Dimension 0: spans of SPAN columns of a set; 1: column sets of all planes.
 kernel void defocus_sums(global const float *restrict sampled, global float *restrict sums, const uint first_plane,
-                         const uint less, const struct row_band band) {
+                         const uint minima, const struct row_band band) {
     const size_t set = get_global_id(1), first = get_global_id(0) * SPAN, rows = band.sample_rows, columns = band.set_columns;
     global const float *value = sampled + row_start(COLUMN_SETS * first_plane + set, 0, rows, columns) + first;
     global float *sum = sums + row_start(set, 0, rows + 2, columns) + first;
     float low[SPAN], running[SPAN], lost[SPAN]; // lost: by which the running sum is too large
-    for (uint i = 0; i < SPAN; i++) low[i] = less ? value[i] : 0.0f;
-    for (size_t row = 1; row < rows && less; row++)
+    for (uint i = 0; i < SPAN; i++) low[i] = minima ? value[i] : 0.0f;
+    for (size_t row = 1; row < rows && minima; row++)
         for (uint i = 0; i < SPAN; i++) low[i] = value[row * columns + i] < low[i] ? value[row * columns + i] : low[i];
     for (uint i = 0; i < SPAN; i++) running[i] = lost[i] = 0.0f;
     for (size_t row = 0; row < rows; row++)

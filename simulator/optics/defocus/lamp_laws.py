@@ -77,6 +77,11 @@ def spot_error(lamp: float, dark: float = 1.0) -> float:
     return 0.5 * lamp / math.sqrt(dark + lamp)
 
 
+def _noise_e2(light: float, accuracy: Accuracy) -> float:
+    """Squared noise at this share of the brightest light, below 1 e- as 1 e- [e-^2]."""
+    return max(light * accuracy.electrons + accuracy.read_noise_e**2, 1.0)
+
+
 def rim_share(scale: float, samples_per_axis: int, lamp: float, accuracy: Accuracy, dark: float) -> float:
     """Share of a lamp's spot that falls beside it where samples mix the pixels of a scene, and all else is even.
 
@@ -87,7 +92,7 @@ def rim_share(scale: float, samples_per_axis: int, lamp: float, accuracy: Accura
 
     lamp, dark: light of the spot and around it, as shares of the brightest light.
     """
-    noise_e2 = max(dark * accuracy.electrons + accuracy.read_noise_e**2, 1.0)
+    noise_e2 = _noise_e2(dark, accuracy)
     pixel, sample = 1.0 / max(scale, 1.0), 1.0 / samples_per_axis
     covered = min(pixel, sample / 3.0)
     upright = 0.5 * covered / pixel * (sample - covered) ** 2 / sample
@@ -146,7 +151,7 @@ def mixed_lamp_error(share: float, scale: float, open_side: float, accuracy: Acc
     share: of `mixed_lamp_share`. open_side: of the photosites. dark: light there, as a share of the brightest light, in whose
     noise it counts.
     """
-    noise_e2 = max(dark * accuracy.electrons + accuracy.read_noise_e**2, 1.0)
+    noise_e2 = _noise_e2(dark, accuracy)
     return accuracy.sigma * share * accuracy.peak * accuracy.electrons / (scale * open_side) ** 2 / math.sqrt(noise_e2)
 
 

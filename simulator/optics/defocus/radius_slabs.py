@@ -7,8 +7,8 @@ import numpy as np
 from simulator.optics.defocus.defocus import CLASSES, Defocus, Method, RadiusStatistics
 
 EVEN_PX = 0.3  # largest range of a surface's radius that a correction may ignore at the accuracy MEASURED [photosites]
-SLAB_GROUP = 16  # slabs whose numbers of one kind stand side by side for kernels/slab_list.h
 EVEN_STEPS_PER_PX = 8  # resolution of constant radii [1 / photosite]; blocks of equal rounded radius share a list of slabs
+SLAB_GROUP = 16  # slabs whose numbers of one kind stand side by side for kernels/slab_list.h
 
 
 @dataclass(frozen=True)
