@@ -13,7 +13,6 @@ struct tap {
 // The image of the aperture at one tabulated blur radius.
 struct node {
     int first_tap, taps;   // taps that read running sums, or samples where `direct`; counts are multiples of 8
-    int first_side, sides; // taps of the columns' minima: the sum of the image's weights in each column, where sums leave minima out
     int radius;            // signed radius [1 / NODES_PER_PX photosites]
     int direct;            // 1: the taps read the samples themselves
 };

@@ -6,9 +6,8 @@
 //
 // sampled: (planes, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, and with
 //          COVERAGE 1 one plane of coverage (0 to 1) after the colours; interleaved columns, a band with its margins.
-// sums:    (channels + COVERAGE, COLUMN_SETS, sample_rows + 2, set_columns) float32, of this surface. Rows 0 to sample_rows: sum of all
-//          samples above the row in its column, each less the last row: the column's minimum, which keeps sums beside
-//          highlights and so their rounding errors small, or 0. These do not add up (Kahan).
+// sums:    (channels + COVERAGE, COLUMN_SETS, sample_rows + 1, set_columns) float32, of this surface: sum of all samples above the row
+//          in its column. Rounding errors do not add up (Kahan).
 // radius:  (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus; OVER 1.
 // light:   (mosaics, height, width) float32, of mosaic_colors.h.
 // open:    (mosaics, height, width) float32, share of light that the nearer surfaces let through. COMPOSITE 1: this surface is composited
@@ -33,27 +32,20 @@ struct surface {
     uint zone_row;    // row of photosites of the band at which a row of zones begins
 };
 
-// minima: 1: sums are less the columns' minima.
 // Dimension 0: spans of SPAN columns of a set; 1: column sets of all planes.
 kernel void defocus_sums(global const float *restrict sampled, global float *restrict sums, const uint first_plane,
-                         const uint minima, const struct row_band band) {
+                         const struct row_band band) {
     const size_t set = get_global_id(1), first = get_global_id(0) * SPAN, rows = band.sample_rows, columns = band.set_columns;
     global const float *value = sampled + row_start(COLUMN_SETS * first_plane + set, 0, rows, columns) + first;
-    global float *sum = sums + row_start(set, 0, rows + 2, columns) + first;
-    float low[SPAN], running[SPAN], lost[SPAN]; // lost: by which the running sum is too large
-    for (uint i = 0; i < SPAN; i++) low[i] = minima ? value[i] : 0.0f;
-    for (size_t row = 1; row < rows && minima; row++)
-        for (uint i = 0; i < SPAN; i++) low[i] = value[row * columns + i] < low[i] ? value[row * columns + i] : low[i];
+    global float *sum = sums + row_start(set, 0, rows + 1, columns) + first;
+    float running[SPAN], lost[SPAN]; // lost: by which the running sum is too large
     for (uint i = 0; i < SPAN; i++) running[i] = lost[i] = 0.0f;
     for (size_t row = 0; row < rows; row++)
         for (uint i = 0; i < SPAN; i++) {
             sum[row * columns + i] = running[i];
-            add_kept(value[row * columns + i] - low[i], running + i, lost + i);
+            add_kept(value[row * columns + i], running + i, lost + i);
         }
-    for (uint i = 0; i < SPAN; i++) {
-        sum[rows * columns + i] = running[i];
-        sum[(rows + 1) * columns + i] = low[i];
-    }
+    for (uint i = 0; i < SPAN; i++) sum[rows * columns + i] = running[i];
 }
 
 // Dimension 0: spans of a tile; 1: its rows of photosites, each as even and odd columns; 2: tiles.
@@ -89,11 +81,9 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
             for (uint what = 0; what < COLORS + COMPOSITE; what++) {
                 const size_t set = what == COLORS ? COLUMN_SETS * (size_t)band.channels : colour + COLUMN_SETS * what;
                 global const float *values = sampled + row_start(first + set, OVER * row, rows, columns) + column;
-                global const float *summed = sums + row_start(set, OVER * row, rows + 2, columns) + column;
-                global const float *low = sums + row_start(set, rows + 1, rows + 2, columns) + column;
+                global const float *summed = sums + row_start(set, OVER * row, rows + 1, columns) + column;
                 for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
                 add_image(node, values, summed, taps, parity, mean);
-                add_taps(low, taps + node.first_side, node.sides, parity, mean);
                 for (uint i = 0; i < SPAN; i++) sum[what * SPAN + i] += share[i] * mean[i];
             }
         }

@@ -158,15 +158,12 @@ class Taps:
     rows, columns: (taps,) offsets [samples] from the photosite's first sample to the sample or prefix sum that is read; a
         prefix sum holds all samples above it in its column. weights: (taps,) factor of each sample, or of what a prefix sum
         has more than the one read before; in chunks of CHUNK, of which the first has none.
-    sides: (columns,) offsets of the kernel's columns; totals: (columns,) sum of the weights of each. Empty for samples.
     direct: whether samples are read instead of prefix sums.
     """
 
     rows: np.ndarray
     columns: np.ndarray
     weights: np.ndarray
-    sides: np.ndarray
-    totals: np.ndarray
     direct: bool = False
 
 
@@ -193,7 +190,6 @@ def _taps_of(weights: np.ndarray, samples_per_axis: int, direct: int) -> Iterato
     """`make_taps` of kernels of one size, (images, n, n)."""
     images, size, _ = weights.shape
     reach, is_direct = (size - samples_per_axis) // 2, size**2 <= direct
-    sides, totals = np.zeros(0, int), np.zeros((images, 0))
     if is_direct:
         image, rows, columns = np.nonzero(weights)
         read = weights[image, rows, columns]
@@ -202,13 +198,12 @@ def _taps_of(weights: np.ndarray, samples_per_axis: int, direct: int) -> Iterato
         image, columns, rows = np.nonzero(np.abs(steps.transpose(0, 2, 1)) > 1e-12)
         goes_on = (np.diff(image, prepend=-1) == 0) & (np.diff(columns, prepend=-1) == 0)
         read = np.where(goes_on, weights[image, rows - 1, columns], 0.0)
-        sides, totals = np.arange(size) - reach, weights.sum(axis=1)
     rows, columns = rows - reach, columns - reach
     ends = np.searchsorted(image, np.arange(images + 1)).tolist()
-    for n, (begin, end) in enumerate(pairwise(ends)):
+    for begin, end in pairwise(ends):
         own = np.arange(begin, end) if is_direct else begin + _overlapping_chunks(end - begin)
         factors = read[own] if is_direct else np.where(np.arange(len(own)) % CHUNK, read[own], 0.0)
-        yield Taps(rows[own], columns[own], factors, sides, totals[n], is_direct)
+        yield Taps(rows[own], columns[own], factors, is_direct)
 
 
 def _overlapping_chunks(count: int) -> np.ndarray:

@@ -99,22 +99,16 @@ def _weights(pupil: Pupil, images: list[_Key], samples_per_axis: int, area: Phot
     return [weights[n] for n in range(len(images))]
 
 
-def blur_table(images: Sequence[Taps], numbers: Sequence[int], layout: InterleavedColumns, *, minima: bool) -> BlurTable:
+def blur_table(images: Sequence[Taps], numbers: Sequence[int], layout: InterleavedColumns) -> BlurTable:
     """Table of these images.
 
-    numbers: `Image.node` of each. layout: of the samples of a band. minima: whether sums are less their columns' minima.
-    The taps of all nodes come first, then those of the minima.
+    numbers: `Image.node` of each. layout: of the samples of a band.
     """
-    # A plane of prefix sums has two rows more than one of samples: the sum of all rows, and the columns' minima.
-    parts = [(image.rows, image.columns, image.weights, layout.rows + 2 * (not image.direct)) for image in images]
-    if minima:
-        parts += [(0 * image.sides, image.sides, image.totals, layout.rows + 2) for image in images]
+    # A plane of prefix sums has a row more than one of samples: the sum of all rows.
+    parts = [(image.rows, image.columns, image.weights, layout.rows + (not image.direct)) for image in images]
     counts = np.array([-(-len(part[0]) // CHUNK) * CHUNK for part in parts])
-    first, count = np.cumsum(counts) - counts, len(images)
-    nodes = np.zeros(count, declared_struct(kernel_source("aperture_mean.h"), "node"))
-    nodes["first_tap"], nodes["taps"] = first[:count], counts[:count]
-    if minima:
-        nodes["first_side"], nodes["sides"] = first[count:], counts[count:]
+    nodes = np.zeros(len(images), declared_struct(kernel_source("aperture_mean.h"), "node"))
+    nodes["first_tap"], nodes["taps"] = np.cumsum(counts) - counts, counts
     nodes["radius"], nodes["direct"] = numbers, [image.direct for image in images]
     return BlurTable(nodes, _taps(parts, counts, layout))
 

@@ -34,7 +34,6 @@ class DeviceTables:
     tiles: methods of the frame's tiles, and zones of the field.
     whole: whether all rows of a band are sampled, whatever the window: running sums begin at its first row, and highlights are
         counted in all of it. layout: of the samples of a band with its margins.
-    minima: whether running sums are less their columns' minima: beside highlights they are large else, and their roundings.
     """
 
     def __init__(self, tiles: TilePlan, device: Device, samples_per_axis: int) -> None:
@@ -45,8 +44,7 @@ class DeviceTables:
         self._unread = device.zeros((1,), np.int32)
         self._known = _last_known(tiles, samples_per_axis)
         self.of_tiles, self._images, self._taps = cache(self._of_tiles), cache(self._chosen.table), cache(self._find_taps)
-        self.minima = tiles.highlight_limit is not None
-        self.whole = self.minima or any(map(self.reads_sums, self._kinds()))
+        self.whole = tiles.highlight_limit is not None or any(map(self.reads_sums, self._kinds()))
         self.layout = tiles.area.band_layout(samples_per_axis, whole=self.whole)
 
     @property
@@ -89,12 +87,12 @@ class DeviceTables:
 
         def make() -> tuple[BlurTable, np.ndarray | None]:
             taps, numbers, entries = self._taps(clipped)
-            return blur_table(taps, numbers, self.layout, minima=self.minima), entries
+            return blur_table(taps, numbers, self.layout), entries
 
         def size(made: tuple[BlurTable, np.ndarray | None]) -> int:
             return made[0].nodes.nbytes + made[0].taps.nbytes + (0 if made[1] is None else made[1].nbytes)
 
-        table, entries = self._kept(("table", clipped, self.layout, self.minima), make, size)
+        table, entries = self._kept(("table", clipped, self.layout), make, size)
         buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
         buffers["entries"] = self._unread if entries is None else self._device.upload(entries)
         return buffers, self._images()[1]

@@ -232,7 +232,6 @@ class RowBand:
                 "sampled": self.sampled,
                 "sums": self.sums,
                 "first_plane": layer * self.layer_planes,
-                "minima": int(self.tables.minima),
             }
             self.device.run(kernel, size, None, **buffers, band=self._row_band(rows))
         constant = chosen.constant[layer]

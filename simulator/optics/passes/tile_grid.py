@@ -28,9 +28,9 @@ def band_sizes(layout: InterleavedColumns, layers: int, planes: int, maps: int) 
     """Return the number of samples of a band's planes, of its running sums, and of its blur radii.
 
     layout: of a plane of the band. layers: of the scene. planes: of a layer, its colours and perhaps its coverage. maps: layers
-    whose blur radius varies. Sums are of one layer at a time; they have the sum of all rows and the columns' minima besides.
+    whose blur radius varies. Sums are of one layer at a time; they have a row more, the sum of all rows.
     """
-    sums = replace(layout, rows=layout.rows + 2).shape(planes)
+    sums = replace(layout, rows=layout.rows + 1).shape(planes)
     return math.prod(layout.shape(layers * planes)), math.prod(sums), math.prod(layout.shape(max(maps, 1)))
 
 
