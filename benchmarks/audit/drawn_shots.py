@@ -12,7 +12,7 @@ import yaml
 from audit.drawn_scenes import LIGHTS, SURFACES, Surface, draw_surfaces
 from simulator import load_shot
 from simulator.errors import PhotositeError
-from simulator.optics.defocus.scene_light import brightest_electrons
+from simulator.optics.defocus.scene_light import peak_electrons
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 
@@ -280,7 +280,7 @@ def _expose(rng: np.random.Generator, drawn: DrawnShot, refused: tuple[str, ...]
     planes = [layer.planes.reshape(-1, layer.planes.shape[-1]) @ optics.weights for layer in optics.scene.layers]
     per_cd_m2 = accuracy.electrons_per_radiance * max(float(np.quantile(light, 0.98)) for light in planes)
     if per_cd_m2 == 0.0:  # nothing but lamps
-        per_cd_m2 = max(brightest_electrons(optics.scene, optics.weights, accuracy.electrons_per_radiance)) / 1e4
+        per_cd_m2 = peak_electrons(optics.scene, optics.weights, accuracy.electrons_per_radiance) / 1e4
     luminance = min(bright_e, 0.9 * full_e) / per_cd_m2
     document["scene"]["luminance"] = f"{luminance:.6g} cd/m^2"
     kinds = drawn.kinds

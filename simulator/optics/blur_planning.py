@@ -12,7 +12,7 @@ from simulator.optics.defocus.defocus import Defocus, plan_defocus, radius_range
 from simulator.optics.defocus.lamp_laws import lamp_sharp_px
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast, sharp_contrast
-from simulator.optics.defocus.scene_light import brightest_electrons, scene_detail
+from simulator.optics.defocus.scene_light import brightest_electrons, peak_electrons, scene_detail
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
@@ -32,15 +32,18 @@ def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
     return growth_um * scale / pixel_pitch_um
 
 
-def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor, tolerance: float) -> Accuracy:
+def plan_accuracy(
+    optics: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, floor: NoiseFloor, tolerance: float
+) -> Accuracy:
     """Tolerance of the blur, relative to the least noise that the exposure has at any ISO of the camera (`NoiseFloor`).
 
     It is the noise at the scene's brightest light or, if that is less, at the ISO that saturates last. So a blur is as exact as
     the shot with the least noise needs it, and shots that differ in their ISO have the same light, bit for bit.
+    loaded: the scene with all layers: a lens sees lamps behind the edges of others that hide them from a pinhole.
     """
     per_radiance = electrons_per_radiance(lens, sensor)
-    brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
-    electrons = max(min(brightest_e, floor.most_electrons), 1.0)
+    electrons = max(min(brightest_electrons(optics.scene, optics.weights, per_radiance), floor.most_electrons), 1.0)
+    peak_e = max(peak_electrons(one, optics.weights, per_radiance) for one in (optics.scene, loaded))
     accuracy = Accuracy(
         tolerance,
         electrons,

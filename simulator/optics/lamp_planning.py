@@ -35,7 +35,7 @@ def with_drawn_lamps(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sen
     if lamps is None:
         return planned
     rest = lamps.without(loaded, planned.weights)
-    accuracy = plan_accuracy(replace(planned, scene=rest, defocus=None), lens, sensor, floor, planned.accuracy.tolerance)
+    accuracy = plan_accuracy(replace(planned, scene=rest, defocus=None), rest, lens, sensor, floor, planned.accuracy.tolerance)
     accuracy = replace(accuracy, lamp_sharp_px=planned.accuracy.lamp_sharp_px)  # what is drawn is blurred
     blurred = with_defocus(replace(planned, scene=rest, accuracy=accuracy, defocus=None), rest, lens, sensor)
     if blurred.defocus is None:

@@ -18,7 +18,7 @@ from simulator.optics.defocus.scene_contrast import scene_edges
 from simulator.optics.defocus.scene_light import (
     BRIGHT,
     SceneDetail,
-    brightest_electrons,
+    peak_electrons,
     scene_bends,
     scene_detail,
     sharpest_detail,
@@ -262,7 +262,7 @@ def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance:
         return 1.0
     own = len(planned.weights) // components  # bands of a component
     accuracy, lit = planned.accuracy, planned.lit_by(slice(number * own, (number + 1) * own))
-    brightest_e = max(brightest_electrons(planned.scene, lit.weights, per_radiance))
+    brightest_e = peak_electrons(planned.scene, lit.weights, per_radiance)
     noise_e2 = max(0.1 * brightest_e + accuracy.read_noise_e**2, 1.0)
     noise_at_brightest_e2 = accuracy.electrons + accuracy.read_noise_e**2
     return min(brightest_e * math.sqrt(noise_at_brightest_e2 / noise_e2) / accuracy.electrons, 1.0)

@@ -167,7 +167,7 @@ def _plan_sensor_optics(
     )
     floor = noise_floor(sensor)
     if lens.forms_image and floor is not None:
-        accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
+        accuracy = plan_accuracy(planned, loaded, lens, sensor, floor, tolerance)
         planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
         planned = with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=is_at_rest)

@@ -15,18 +15,22 @@ _ROWS = 256  # of a scene that are searched at a time
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
 
-def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> tuple[float, float]:
-    """Electrons of the brightest light (greatest BRIGHT quantile of all layers and channels) and of the brightest pixel.
+def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> float:
+    """Electrons of the brightest light: greatest BRIGHT quantile of all layers and channels.
 
     weights: (bands, channels) of scene planes in electron radiance. per_radiance: electrons per electron radiance.
     """
-    brightest = peak = 0.0
+    brightest = 0.0
     for layer in scene.layers:
         step_y, step_x = (-(-size // _SAMPLES) for size in layer.planes.shape[:2])
         light = layer.planes[::step_y, ::step_x].reshape(-1, layer.planes.shape[2]) @ weights
         brightest = max(brightest, float(np.quantile(light, BRIGHT, axis=0).max()))
-        peak = max(peak, float((layer.planes.max(axis=(0, 1)) @ weights).max()))
-    return float(brightest * per_radiance), float(peak * per_radiance)
+    return float(brightest * per_radiance)
+
+
+def peak_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> float:
+    """Electrons of the brightest pixel of all layers; the arguments are those of `brightest_electrons`."""
+    return float(max((layer.planes.max(axis=(0, 1)) @ weights).max() for layer in scene.layers) * per_radiance)
 
 
 def lamp_electrons(accuracy: Accuracy) -> float:

@@ -38,6 +38,7 @@ from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera import Window
 from simulator.sensor.camera.camera_sections import IsoSetting
 from simulator.sensor.stages.dark_current import DarkCurrent
@@ -184,6 +185,23 @@ def test_the_brightest_light_decides():
     full = small_camera(100, 100, "RGGB", stages={"full_well": FullWell(100.0), "dark_current": DarkCurrent(1e6)})
     filled = plan(Shot(band_scene(light, 3.0), lens, Exposure(1.0), full)).optics.defocus.accuracy
     assert filled == Accuracy()  # dark current fills the well: nothing can be seen
+
+
+def test_a_lamp_that_a_nearer_layer_hides_from_a_pinhole_is_a_lamp():
+    """A lens sees it past the edges of what covers its pixel alone."""
+    wall, cover = np.full((40, 60), 0.1, np.float32), np.zeros((40, 60), np.float32)
+    cover[20, 30] = 1.0
+    lens, camera = ThinLens(50.0, 2.0, 2.0, cos4=False), small_camera(60, 40)
+
+    def accuracy_of(lamp: float) -> Accuracy:
+        behind = wall.copy()
+        behind[20, 30] = lamp
+        layers = (Layer(behind[..., None], 4.0),)
+        scene = band_scene(0.1 * cover, 2.0, coverage=cover, behind=layers)
+        return plan(Shot(scene, lens, Exposure(0.001), camera)).optics.defocus.accuracy
+
+    assert accuracy_of(500.0).peak == pytest.approx(5000.0, rel=1e-5) and accuracy_of(0.1).peak == 1.0
+    assert accuracy_of(500.0).electrons == accuracy_of(0.1).electrons
 
 
 def test_settings_follow_the_error_that_is_allowed():
