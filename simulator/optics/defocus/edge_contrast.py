@@ -9,6 +9,9 @@ is the difference of the radii times the mean of |u| over half the disk, 2 / (3 
 Beside things smaller than their blur circles it is more. What is hidden is seen past the nearer surface, and lies behind it: at
 most through the part of the nearer surface's circle that it leaves open, and of the farther one's circle that it covers. It
 counts by the light of the most that differs within the largest circle.
+
+What is assumed there is the mean of what else is seen, where rays that meet no surface are left out, what `scene.hidden`
+continues, or the light at which a ray last saw the surface (kernels/lens_height_field.cl): beside an edge that of few pixels.
 """
 
 import math
@@ -18,13 +21,14 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import hidden_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
-from simulator.optics.defocus.scene_light import LAMP, MOST, seen_contrast, shifted
+from simulator.optics.defocus.scene_light import LAMP, MOST, seen_contrast
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Scene, is_depth_map
 from simulator.scene.window_filters import window_maximum, window_mean, window_minimum
 
 BESIDE = 2.0 / (3.0 * math.pi)  # sum over places beside an edge of the part of the aperture that sees past it [radii]
 UNKNOWN = 0.5  # contrast of layers whose surfaces have steps
+LAST_SEEN_PX = 3.0  # side of the square beside an edge over which light is assumed to go on behind it, at least [photosites]
 WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
 
 
@@ -44,8 +48,8 @@ def depth_edge_contrast(scene: Scene, to_share: np.ndarray, defocus: Defocus) ->
     """Measure the contrasts of a scene of one picture; of several layers they are those of the laws.
 
     What half of the aperture sees beside an edge lies within a radius of it, and so does what is assumed in its place: the
-    light of a photosite, mean over its area and over half of the farther surface's circle, is compared with the mean of what
-    lies from there to one radius beside it, on the side that differs most.
+    light of a photosite, mean over its area and over half of the farther surface's circle, is compared with that which differs
+    most within half a radius, mean over as much, or over LAST_SEEN_PX.
     """
     if scene.behind or not is_depth_map(scene.depth_m):
         hidden = hidden_error(UNKNOWN, defocus.largest_px)
@@ -62,10 +66,9 @@ def depth_edge_contrast(scene: Scene, to_share: np.ndarray, defocus: Defocus) ->
     side = max(round(scale), round(math.sqrt(0.5 * math.pi) * picture.far_px * scale), 1)
     light = window_mean(picture.light, side, "nearest")
     length = min(math.ceil(defocus.largest_px * scale), WIDEST_PX)
-    next_to, most = window_mean(picture.light, length, "nearest"), np.zeros_like(light)
-    away = max(round(0.5 * length), 1)
-    for axis, way in ((0, away), (0, -away), (1, away), (1, -away)):
-        np.maximum(most, np.abs(light - shifted(next_to, axis, way, light.shape[axis])), out=most)
+    local = window_mean(picture.light, max(round(LAST_SEEN_PX * scale), round(0.5 * length), 1), "nearest")
+    greatest, least = window_maximum(local, length, "nearest"), window_minimum(local, length, "nearest")
+    most = np.maximum(greatest - light, light - least)
     every = seen_contrast(most, mean, defocus.accuracy)
     seen, near = every[picture.around], window_maximum(every, picture.width, "nearest")[picture.around]
     least_px, greatest_px = (ends[picture.around] for ends in picture.ends_px)
