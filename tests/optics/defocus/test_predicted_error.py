@@ -133,7 +133,7 @@ def test_layers_with_circles_as_small_as_the_samples_have_a_term(radii_px, devic
 def test_a_gradient_behind_edges_counts_by_what_lies_beside_them(tmp_path):
     """Disks out of focus before a slope, smaller than their circles: the audit found 14.4 sigma, 9.8 were stated (seed 96)."""
     budget = plan(load_shot(draw_shot(96, 10).write(tmp_path))).error_budget
-    assert 14.4 < budget.total_sigma < 28.0
+    assert 14.4 < budget.total_sigma < 30.0
 
 
 def test_circles_smaller_than_photosites_hide_a_part_of_them():
