@@ -64,7 +64,8 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
             seen: list[Scene] = seen,
         ) -> MotionPlan | Skipped:
             need = _need(planned, seen, per_radiance, detail)
-            own = need.behind(_steepest_edge(planned.defocus)).of_share(share)
+            slopes = _slopes(planned, seen, per_radiance, path.length.longest_px)
+            own = need.behind(_steepest_edge(planned.defocus), *slopes).of_share(share)
             return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need), joins)
 
         motion = plan_for(_usual_detail(planned, seen, per_radiance, path.length.longest_px))
@@ -100,16 +101,48 @@ def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, l
     seen: `_seen_scenes`. Lamps, which have instants of their own, count where they are more than that share of the pixels.
     length_px: of the path: each pixel passes one photosite more than that.
     """
+    edges, dark = _usual(planned, seen, per_radiance, length_px, scene_detail)
+    if not has_pixel_per_photosite(planned):
+        return SceneDetail(edges, dark, 0.0, 0.0)
+    return SceneDetail(edges, dark, *_usual(planned, seen, per_radiance, length_px, scene_bends))
+
+
+def _usual(
+    planned: OpticsPlan, seen: list[Scene], per_radiance: float, length_px: float, measure: Callable[..., float]
+) -> tuple[float, float]:
+    """Return what `measure` finds in scenes, as of `_usual_detail`, in the noise of a share of the difference and of none."""
     few = 1.0 - (1.0 - BRIGHT) / (1.0 + length_px)
 
-    def usual(measure: Callable[..., float], lit: float) -> float:
+    def usual(lit: float) -> float:
         every = [partial(measure, scene, planned.weights, per_radiance, planned.accuracy, lit=lit) for scene in seen]
         return max(every[0](quantile=BRIGHT), *(own(quantile=few, has_lamps=False) for own in every))
 
-    edges, dark = (usual(scene_detail, lit) for lit in (LIT_SHARE, 0.0))
-    if not has_pixel_per_photosite(planned):
-        return SceneDetail(edges, dark, 0.0, 0.0)
-    return SceneDetail(edges, dark, *(usual(scene_bends, lit) for lit in (LIT_SHARE, 0.0)))
+    return usual(LIT_SHARE), usual(0.0)
+
+
+def _slopes(planned: OpticsPlan, seen: list[Scene], per_radiance: float, length_px: float) -> tuple[float, float]:
+    """Return contrasts of light that rises on over the smallest blur circle (`MotionNeed.behind`); 0: it is a pixel or less.
+
+    Arguments are those of `_usual_detail`.
+    """
+    if planned.defocus is None:
+        return 0.0, 0.0
+    apart = round(2.0 * min(least for least, _ in planned.defocus.ranges_px) * planned.projection.scale)
+    if apart < 2:
+        return 0.0, 0.0
+    slope, dark = _usual(planned, seen, per_radiance, length_px, partial(scene_detail, apart=apart))
+    contrast = _contrast_per_photosite(planned, slope)
+    return contrast, contrast * dark / slope
+
+
+def _contrast_per_photosite(planned: OpticsPlan, edges: float) -> float:
+    """Return the contrast over one photosite of differences between pixels, which do not all have the same sign."""
+    return min(edges * max(planned.projection.scale, _steepness(planned)), max(edges, 1.0))
+
+
+def _steepness(planned: OpticsPlan) -> float:
+    """Share of a pixel's difference by which light rises over a photosite; a coarse pixel read as it is ends in a step."""
+    return 1.0 if planned.projection.nearest else min(planned.projection.scale, 1.0)
 
 
 def _seen_scenes(planned: OpticsPlan, loaded: Scene, path: TimedPath) -> list[Scene]:
@@ -141,8 +174,7 @@ def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: S
     """Return what a scene of this detail asks of the instants of a motion before the lens blurs it. seen: `_seen_scenes`."""
     accuracy, scale, edges = planned.accuracy, planned.projection.scale, detail.edges
     texture = max(scene_detail(scene, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE) for scene in seen)
-    steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
-    contrast = min(edges * max(scale, steepness), max(edges, 1.0))
+    steepness, contrast = _steepness(planned), _contrast_per_photosite(planned, edges)
     bends = has_pixel_per_photosite(planned)
     return MotionNeed(
         contrast=contrast,

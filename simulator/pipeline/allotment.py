@@ -12,6 +12,7 @@ MARGIN = 0.9  # of what is left for the terms that fall, since numbers of sample
 TIGHTEST = 0.02  # smallest tolerance of one approximation, in that of the photograph
 STEP = 0.3  # factor to the next share where less than the smallest is asked for: what was left out may be computed from it on
 LOOSER = 3.0, 9.0  # times a tolerance that no plan keeps, of those that are looked at, too
+FAR_LESS = 0.01  # of what a plan leaves that has no law for a part of it: no such part is as large as what lamps leave
 BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
 
 
@@ -53,16 +54,17 @@ def allot(
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -> OpticsPlan:
     """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach.
 
-    Only of a scene at rest: what a blur that is left out leaves of edges that move has no law.
+    Of a scene that moves it must leave far less, as beside lamps: what a blur that is left out leaves of edges that move has no
+    law.
     """
-    defocus = best.defocus if is_at_rest(best) else None
+    defocus, share = best.defocus, 1.0 if is_at_rest(best) else FAR_LESS
     if defocus is None or defocus.maps or min(most for _, most in defocus.ranges_px) > MOST_SHARP_PX:
         return best  # a larger tolerance leaves out the blur of no surface
     for factor in LOOSER:
         looser = replace(make(factor * tolerance), tolerance=tolerance)
         pairs = [(budget_of(looser), budget_of(best))]
         pairs += [(_typical(found), _typical(left)) for found, left in pairs]
-        if all(found.predicted_sigma < left.predicted_sigma for found, left in pairs):
+        if all(found.predicted_sigma < share * left.predicted_sigma for found, left in pairs):
             best = looser
     return best
 

@@ -81,6 +81,14 @@ def test_a_larger_tolerance_gives_the_plan_where_what_it_leaves_out_would_err_by
     assert tighter.predicted_sigma <= found.predicted_sigma
 
 
+def test_lamps_that_move_nearly_in_focus_are_not_blurred_where_that_would_err_by_far_more(tmp_path):
+    """A layer of lamps in focus before circles of 0.16 photosites, behind a filter that means of photosites do not tell."""
+    shot = load_shot(draw_shot(8128, 166).write(tmp_path))
+    found, tighter = plan(shot).error_budget, plan(dataclasses.replace(shot, tolerance=shot.tolerance / 3.0)).error_budget
+    assert found.is_clamped and tighter.is_clamped
+    assert tighter.predicted_sigma == pytest.approx(found.predicted_sigma, rel=1e-3)
+
+
 def test_circles_larger_than_any_tolerance_leaves_out_are_blurred(tmp_path):
     """The same layers farther out of focus, by circles of 0.5 photosites: laws of small circles do not know what they leave."""
     shot = load_shot(draw_shot(98, 176).write(tmp_path))

@@ -61,30 +61,34 @@ def scene_detail(
     quantile: float = BRIGHT,
     lit: float = 0.1,
     has_lamps: bool = True,
+    apart: int = 1,
 ) -> float:
     """Difference between neighbouring pixels of the scene, as a share of the brightest light: this quantile, above 0.
 
     A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
     place, at the darker pixel with the share `lit` of the difference. weights, per_radiance: as of `brightest_electrons`.
-    accuracy: of the scene's brightest light. has_lamps: whether differences beside lamps count.
+    accuracy: of the scene's brightest light. has_lamps: whether differences beside lamps count. apart: distance of the pixels
+    that are compared, over which their difference is divided [px].
     """
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
     found, most_e = [1e-6], np.inf if has_lamps else lamp_electrons(accuracy)
     for layer in scene.layers:
         steps = [max(1, -(-size // _SAMPLES)) for size in layer.planes.shape[:2]]
         for axis in (0, 1):
-            first = [slice(None, size - (axis == side), step) for side, (size, step) in _sides(layer.planes, steps)]
-            next_ = [slice(int(axis == side), size, step) for side, (size, step) in _sides(layer.planes, steps)]
+            sides = [(apart * (axis == side), size, step) for side, (size, step) in _sides(layer.planes, steps)]
+            first = [slice(None, max(size - away, 0), step) for away, size, step in sides]
+            next_ = [slice(away, size, step) for away, size, step in sides]
             here, there = (per_radiance * (layer.planes[*place] @ weights) for place in (first, next_))
             if not here.size:
                 continue
-            step = np.abs(here - there)
+            step = np.abs(here - there) / apart
             noise = np.minimum(here, there) + lit * step + accuracy.read_noise_e**2
             seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
             seen[np.maximum(here, there) > most_e] = 0.0
             found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
             if layer.coverage is not None:
-                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), quantile)))
+                borders = np.abs(layer.coverage[*first] - layer.coverage[*next_])
+                found.append(float(np.quantile(borders, quantile)) / apart)
     return max(found)
 
 

@@ -100,15 +100,19 @@ class MotionNeed:
         names = "contrast", "dark", "bend", "dark_bend", "texture", "border", "lamps", "dark_lamps"
         return replace(self, **{name: share * getattr(self, name) for name in names})
 
-    def behind(self, steepest: float) -> Self:
+    def behind(self, steepest: float, slope: float = 0.0, dark_slope: float = 0.0) -> Self:
         """Return the need behind a blur, where the light of an edge rises by no more than this share of it per photosite.
+
+        slope, dark_slope: `contrast` and `dark` of light that rises on over all of a blur circle, of which blur takes nothing.
 
         The spread of a line has one peak, so its spectrum falls at least as the peak over pi times the frequency. A wave that
         is seen by less than what is allowed needs no instants.
         """
         cut_off = min(self.cut_off, 0.5 * self.contrast * steepest / (math.pi * self.allowed))
         corners = self.has_corners and steepest == 1.0
-        return replace(self.of_share(steepest), border=self.border, cut_off=cut_off, has_corners=corners)
+        own = self.of_share(steepest)
+        slopes = {"contrast": max(own.contrast, slope), "dark": max(own.dark, dark_slope)}
+        return replace(own, border=self.border, cut_off=cut_off, has_corners=corners, **slopes)
 
     def contrast_along(self, length_px: float) -> float:
         """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].

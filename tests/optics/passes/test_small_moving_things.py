@@ -1,10 +1,12 @@
-"""Small things that move: fewer pixels than a thousandth of a picture pass many of its photosites."""
+"""What moves and hardly shows: fewer pixels than a thousandth of a picture that pass many of its photosites, and slopes."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.lens_frame import LENS as WIDE_OPEN
+from helpers.lens_frame import depth_of
 from helpers.moving_frame import moving_light, plan_moving
 from helpers.scene_builders import FixedScene, band_scene
 from scipy.ndimage import map_coordinates
@@ -80,3 +82,22 @@ def test_what_is_skipped_is_so_by_the_sharpest_pixel():
     far = Motion(layers={0: LayerMotion((Speed(WAY_PX / TIME_S, "px/s"), Speed(0.0, "px/s")))})
     found = plan(replace(shot, scene=even, motion=far)).optics
     assert found.motion is None and found.motion_skipped is not None
+
+
+@pytest.mark.parametrize("radius_px", [2.0, 6.4])
+@pytest.mark.parametrize("scale", [1, 2])
+def test_a_slope_behind_a_blur_moves_as_far_as_without(radius_px, scale):
+    """Light that rises evenly has its slope behind any circle, where an edge has a share of it: half of 3 photosites show."""
+    rows, columns, way_px, darkest = 40, 90, 3.0, 0.02
+    ramp = np.repeat(darkest + (np.arange(scale * columns) + 0.5)[None, :] / (scale * columns), scale * rows, axis=0)
+    still = Shot(band_scene(ramp, depth_of(radius_px)), WIDE_OPEN, Exposure(TIME_S), small_camera(columns, rows), tolerance=1.0)
+    still = replace(still, exposure=Exposure(TIME_S * 2000.0 / plan(still).optics.accuracy.electrons))
+    speed = LayerMotion((Speed(-scale * way_px / still.exposure.time_s, "px/s"), Speed(0.0, "px/s")))
+    planned = plan_moving(replace(still, motion=Motion(layers={0: speed})))
+    accuracy = planned.optics.accuracy
+    electrons = accuracy.electrons_per_radiance * float(planned.optics.weights.max())
+    inner, middles = slice(12, -12), (np.arange(columns) + 0.5) / columns
+    truth = (darkest + middles + 0.5 * way_px / columns)[inner]
+    noise_e = np.sqrt(electrons * truth + accuracy.read_noise_e**2)
+    assert (electrons * 0.5 * way_px / columns / noise_e).max() > 1.5 * still.tolerance
+    assert (electrons * np.abs(moving_light(planned)[10:-10, inner] - truth) / noise_e).max() < 0.1 * still.tolerance

@@ -318,7 +318,7 @@ def test_what_a_layer_shows_as_it_moves_counts_with_its_edges():
     """A dark layer hides at rest all that is bright behind it; where it moves up its edge lies before that."""
     dark, far = np.full((HEIGHT, WIDTH), 0.01, np.float32), np.full((HEIGHT, WIDTH), 0.02, np.float32)
     cover = (np.arange(HEIGHT)[:, None] < 12) * np.ones(WIDTH, np.float32)
-    far[:12] = np.linspace(1.0, 0.02, 12)[:, None]
+    far[:12] = np.linspace(0.1, 0.02, 12)[:, None]
     scene = band_scene(dark * cover, 2000.0, coverage=cover, behind=(Layer(far[..., None], 2400.0, None),))
     counts = []
     for down in (-8.0, 8.0):
