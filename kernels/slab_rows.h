@@ -42,22 +42,35 @@ INLINE uint add_row(const int wide, const int mapped, const int partial, const i
     return mapped ? left : 0u;
 }
 
-// Add the slab's light to all rows that have rays left and meet it. Rows below one that meets it are not asked, since most do. Only an
-// opaque scene asks whether a slab is the first one that a row meets: else there are half as many cases to compile.
-INLINE void add_slab(const int mapped, const int partial, const struct slab_samples first, const struct ray_state ray) {
+// Add the slab's light to a row that has rays left. Only an opaque scene asks whether a slab is the first one that a row meets: else
+// there are half as many cases to compile.
+INLINE void add_open_row(const int mapped, const int partial, const struct slab_samples at, const struct ray_state ray, const uint j) {
+    if (OPAQUE && !ray.begun[j]) ray.open[j] = add_row(0, mapped, partial, 1, at, ray, j);
+    else ray.open[j] = add_row(0, mapped, partial, 0, at, ray, j);
+    ray.begun[j] = 1u;
+}
+
+// Add the slab's light to all rows that have rays left and meet it. Rows below one that meets it are not asked, since most do. UNROLLED:
+// 1, or ROWS: each is compiled by itself, which takes compilers twice as long; else they keep 25 addresses on the stack and step them all.
+INLINE void add_slab(const int partial, const struct slab_samples first, const struct ray_state ray) {
     uint meets = 0u;
-    __attribute__((opencl_unroll_hint(ROWS))) // else compilers keep 25 addresses on the stack and step all of them
+    __attribute__((opencl_unroll_hint(UNROLLED)))
     for (uint j = 0; j < ROWS; j++) {
         const struct slab_samples at = GROWS ? on_row(first, j) : first;
-        if (!ray.open[j] || (mapped && !meets && !meets_row(at, j))) continue;
+        if (!ray.open[j] || (!meets && !meets_row(at, j))) continue;
         meets = 1u;
-        if (OPAQUE && !ray.begun[j]) ray.open[j] = add_row(0, mapped, partial, 1, at, ray, j);
-        else ray.open[j] = add_row(0, mapped, partial, 0, at, ray, j);
-        ray.begun[j] = 1u;
+        add_open_row(1, partial, at, ray, j);
     }
 }
 
-// `add_slab` compiled for each case, so that no more is read than it needs. Where photosites look apart, which is dear, for two of them.
+// The same of a slab in which all samples lie, and that all rays meet.
+INLINE void add_whole_slab(const int partial, const struct slab_samples first, const struct ray_state ray) {
+    __attribute__((opencl_unroll_hint(UNROLLED)))
+    for (uint j = 0; j < ROWS; j++)
+        if (ray.open[j]) add_open_row(0, partial, GROWS ? on_row(first, j) : first, ray, j);
+}
+
+// Both compiled for each case, so that no more is read than it needs. Where photosites look apart, which is dear, for two of them.
 INLINE void add_case(const int mapped, const int partial, const struct slab_samples at, const struct ray_state ray) {
 #if TURNS
     if (at.view.wide) {
@@ -72,10 +85,10 @@ INLINE void add_case(const int mapped, const int partial, const struct slab_samp
         return;
     }
 #endif
-    if (mapped && partial) add_slab(1, 1, at, ray);
-    else if (mapped) add_slab(1, 0, at, ray);
-    else if (partial) add_slab(0, 1, at, ray);
-    else add_slab(0, 0, at, ray);
+    if (mapped && partial) add_slab(1, at, ray);
+    else if (mapped) add_slab(0, at, ray);
+    else if (partial) add_whole_slab(1, at, ray);
+    else add_whole_slab(0, at, ray);
 }
 
 #endif

@@ -35,6 +35,7 @@ from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
 MOST_TOGETHER = 3  # mosaics that a launch makes: kernels/occlusion.cl, kernels/defocus.cl
+SMALL_PX = 1 << 20  # photosites of a window whose rays are not worth two seconds of compilers' time to be a twentieth faster
 NO_NODES = {"NODES_PER_PX": "1.0f", "LINEAR_NODES": "1.0f"}  # macros of kernels/aperture_mean.h where no radius is interpolated
 
 
@@ -391,6 +392,7 @@ class RowBand:
             "CORRECTION": correction,
             "SPAN": span,
             "ROWS": rows,
+            "UNROLLED": rows if self.area.frame.width * self.area.frame.height > SMALL_PX else 1,
             "WORKERS": size[0] * size[1],
             "MOTION": int(self.defocus.motion is not None),
             "GROWS": int(points.shape[-1] == 9),
