@@ -135,6 +135,7 @@ def test_a_camera_file_switches_the_stage_on_as_the_option_does(tree, dark_frame
     assert np.array_equal(found["dn"], dark_frames["3"]["dn"])
 
 
+@pytest.mark.slow
 def test_the_tests_of_the_house_pass_with_the_stage(tree):
     rooms = ("sensor/stages/test_stray_light", "sensor/stages/test_stage", "sensor/kernel/test_sensor")
     rooms += ("pipeline/test_planner", "system/test_architecture", "system/test_package")

@@ -37,7 +37,11 @@ def tukey_lambda_frame(generator, shape=(96, 128), lam=0.14, sigma=2.0, row=0.0,
 
 @pytest.mark.parametrize(
     ("lam", "sigma", "row"),
-    [(0.14, 1.0, 0.0), (-0.1, 4.0, 0.9), pytest.param(0.05, 12.0, 3.0, marks=pytest.mark.slow)],
+    [
+        pytest.param(0.14, 1.0, 0.0, marks=pytest.mark.slow),
+        (-0.1, 4.0, 0.9),
+        pytest.param(0.05, 12.0, 3.0, marks=pytest.mark.slow),
+    ],
 )
 def test_read_noise_row_noise_and_lambda_within_their_intervals(lam, sigma, row):
     hits = {"read noise": [], "row noise": [], "lambda": [], "sigma of lambda": []}

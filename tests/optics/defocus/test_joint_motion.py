@@ -66,7 +66,7 @@ def ways_px(radii_px: tuple[float, float], camera: SteadyMotion, way_px: tuple[f
         ((-5.0, 6.0), CAMERA, (0.0, 0.0)),
         ((-8.0, 0.0), SteadyMotion(), (15.0, 4.0)),
         ((-0.4, 0.0), SteadyMotion(), (20.0, 3.0)),
-        ((-3.0, 10.0), SteadyMotion(right_m_per_s=0.002, up_m_per_s=0.002), (12.0, -3.0)),
+        pytest.param((-3.0, 10.0), SteadyMotion(right_m_per_s=0.002, up_m_per_s=0.002), (12.0, -3.0), marks=pytest.mark.slow),
     ],
 )
 def test_blur_motion_and_occlusion_are_one_mean(radii_px, camera, way_px):
@@ -227,7 +227,7 @@ def roll_of(camera: SteadyMotion, layer: LayerMotion | None, start_s: float):
     ("radii_px", "camera", "layer", "start_s", "line_s"),
     [
         ((-4.0, 3.0), SteadyMotion(), SPIN, 50.0, 0.5),  # 100 to 200 degrees, a degree from row to row
-        ((-4.0, 3.0), SteadyMotion(), SPIN, 100.0, 0.0),  # 200 degrees, all rows at once
+        pytest.param((-4.0, 3.0), SteadyMotion(), SPIN, 100.0, 0.0, marks=pytest.mark.slow),  # 200 degrees, all rows at once
         (
             (5.0, 0.3),
             SteadyMotion(),
@@ -236,7 +236,7 @@ def roll_of(camera: SteadyMotion, layer: LayerMotion | None, start_s: float):
             0.0,
         ),  # by 40 degrees while it is open
         ((-5.0, 4.0), SteadyMotion(roll_deg_per_s=0.9), None, 0.0, 0.0),  # photosites of a block read beside the same samples
-        ((-5.0, 4.0), SteadyMotion(roll_deg_per_s=3.0), SPIN, -1.0, 0.05),
+        pytest.param((-5.0, 4.0), SteadyMotion(roll_deg_per_s=3.0), SPIN, -1.0, 0.05, marks=pytest.mark.slow),
     ],
 )
 def test_what_turns_is_seen_where_each_photosite_looks(radii_px, camera, layer, start_s, line_s):

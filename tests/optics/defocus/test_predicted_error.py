@@ -64,6 +64,7 @@ def test_it_is_not_below_what_textured_planes_have(radii_px):
     check(case, case, 2000.0)
 
 
+@pytest.mark.slow
 def test_it_is_not_below_what_one_picture_before_a_uniform_wall_has():
     case = textured_planes((-10.0, -10.0, 3.0))
     case.colour[2], case.colour[1], case.coverage[1] = 0.8, 0.0, 0.0

@@ -181,7 +181,7 @@ def smooth(rng, shape) -> np.ndarray:
     return np.clip(0.5 + 0.6 * noise, 0.05, None)
 
 
-@pytest.mark.parametrize("radii", [(6.5,), (-6.0, 5.0)])
+@pytest.mark.parametrize("radii", [pytest.param((6.5,), marks=pytest.mark.slow), (-6.0, 5.0)])
 def test_the_reference_path_sees_the_same_cats_eyes(bench, radii):
     """Corner of a frame against rays that are tested one by one: one surface, and two that hide each other."""
     rng, frame, margin = np.random.default_rng(6), Window(1030, 660, 96, 80), 12

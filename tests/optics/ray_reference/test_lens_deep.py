@@ -204,7 +204,7 @@ class OneByOne:
         return light
 
 
-@pytest.mark.parametrize("name", ["Balls", "Leaves", "Trunks"])
+@pytest.mark.parametrize("name", [*(pytest.param(name, marks=pytest.mark.slow) for name in ("Balls", "Leaves")), "Trunks"])
 def test_openexrs_deep_pictures_are_those_of_rays_followed_one_by_one(name):
     path = DEEP_PICTURES / f"{name}.exr"
     if not path.is_file():
