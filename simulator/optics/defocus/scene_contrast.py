@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from simulator.device.threads import in_threads
 from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
@@ -305,11 +307,10 @@ def _ends_between_pixels(scene: Scene, to_share: np.ndarray, defocus: Defocus, r
     """
     radii_px = [radius_px, *(one for one in WIDENED_PX if radius_px < one < defocus.largest_px)]
     lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
-    left = [
-        np.concatenate([_left_of_circle(light, min(one, WIDEST_END_PX), defocus).ravel() for light in lights])
-        for one in radii_px
-    ]
-    return 12.0 * (1.0 + CELLS**-2.0) * max(float(np.quantile(own, MOST)) for own in left)
+    cases = [(light, min(one, WIDEST_END_PX)) for one in radii_px for light in lights]
+    left = in_threads(lambda case: _left_of_circle(*case, defocus).ravel(), cases)
+    of_radii = [np.concatenate(left[first : first + len(lights)]) for first in range(0, len(left), len(lights))]
+    return 12.0 * (1.0 + CELLS**-2.0) * max(float(np.quantile(own, MOST)) for own in of_radii)
 
 
 def _left_of_circle(light: np.ndarray, radius_px: float, defocus: Defocus) -> np.ndarray:
@@ -317,7 +318,6 @@ def _left_of_circle(light: np.ndarray, radius_px: float, defocus: Defocus) -> np
 
     light: as of `_bends_behind`. Returns (channels, rows, columns) of photosites.
     """
-    weights, exact = disk_weights(radius_px), disk_weights(CELLS * radius_px)
     beside, found = math.ceil(radius_px) + 1, []
     for axis, length in enumerate(light.shape[:2]):
         cells = np.arange(-beside * CELLS, (round(length / defocus.scale) + beside) * CELLS) + 0.5
@@ -329,17 +329,24 @@ def _left_of_circle(light: np.ndarray, radius_px: float, defocus: Defocus) -> np
 
     for channel in range(light.shape[2]):
         own = light[..., channel].astype(np.float64)
-        seen = means(_weighted(own, exact))[inner, inner]
-        left = _weighted(means(own), weights)[inner, inner] - seen
+        seen = means(_behind_disk(own, CELLS * radius_px))[inner, inner]
+        left = _behind_disk(means(own), radius_px)[inner, inner] - seen
         found.append(seen_contrast(np.abs(left), np.maximum(seen, 0.0), defocus.accuracy))
     return np.stack(found)
 
 
-def _weighted(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Sums of values (rows, columns) around each, with weights (n, n) around their middle; beyond an end those at the other."""
-    reach = len(weights) // 2
-    found = np.fft.irfft2(np.fft.rfft2(values) * np.fft.rfft2(weights, values.shape), values.shape)
-    return np.asarray(np.roll(found, (-reach, -reach), (0, 1)))
+def _behind_disk(values: np.ndarray, radius_px: float) -> np.ndarray:
+    """Sums of values (rows, columns) around each with `disk_weights`; beyond an end those at the other."""
+    return np.fft.irfft2(np.fft.rfft2(values) * _transformed_disk(radius_px, values.shape), values.shape)
+
+
+@lru_cache(maxsize=8)  # the parts of a scene have one size
+def _transformed_disk(radius_px: float, shape: tuple[int, ...]) -> np.ndarray:
+    """Transform of `disk_weights` whose middle is the first element of so many rows and columns."""
+    weights = disk_weights(radius_px)
+    placed = np.zeros(shape)
+    placed[: len(weights), : len(weights)] = weights
+    return np.fft.rfft2(np.roll(placed, (-(len(weights) // 2),) * 2, (0, 1)))
 
 
 def _pixel_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: list[float]) -> tuple[float, float]:
