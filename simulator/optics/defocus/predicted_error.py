@@ -312,6 +312,7 @@ def ignored_error(
     left_out = max(
         smooth,
         crossing_error(radius_px, accuracy.detail),
+        radius_px * contrast.crossings,
         lamp if is_fine else 0.0,
         OF_BENDS * radius_px * contrast.curvature if is_unknown and not reads_pixels else 0.0,
     )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from simulator.device.threads import in_threads
 from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurred_share
@@ -69,6 +70,8 @@ class SceneContrast:
     few: light of the brightest pixel of a scene of so few that it counts as the brightest light; 0: others are as bright.
     crossed: error of the largest circle that is left out behind a point spread function, of `psf.left_out_blur`; None: it is
         that of the curvature.
+    crossings: light that crosses the borders of photosites of a fine scene behind a circle that is left out, per radius in
+        photosites, that of lamps left out, where all borders count; 0: not measured, or one pixel per photosite and fewer.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """
 
@@ -94,6 +97,7 @@ class SceneContrast:
     lamp_px: float = 0.0
     hidden: float = 0.0
     crossed: float | None = None
+    crossings: float = 0.0
 
 
 def scene_contrast(
@@ -222,7 +226,26 @@ def sharp_contrast(
     if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
     few = max(_brightest_of_few(layer, per_share * weights) for layer in scene.layers)
-    return SceneContrast(curvature=max(every), flattened=flattened, few=few)
+    crossings = _crossings(scene, per_share * weights, defocus) if accuracy.detail else 0.0
+    return SceneContrast(curvature=max(every), flattened=flattened, few=few, crossings=crossings)
+
+
+def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+    """Return `SceneContrast.crossings` of photosites anywhere among even squares; of a large scene, of parts.
+
+    Over a border goes the difference of the light beside it, times 2 / (3 pi) radii. Where light has a minimum all four count.
+    """
+    side, found = max(round(defocus.scale), 1), []
+    for place in _parts(scene, defocus.scale):
+        light = np.minimum(composite([_at(layer, place, to_share) for layer in scene.layers]), LAMP)
+        if min(light.shape[:2]) < side + 2:
+            continue
+        means = sliding_window_view(light, (side, side), axis=(0, 1)).mean(axis=(-2, -1))[1:-1, 1:-1]
+        across = sliding_window_view(np.diff(light, axis=1), side, axis=0).mean(axis=-1)[1:-1]
+        down = sliding_window_view(np.diff(light, axis=0), side, axis=1).mean(axis=-1)[:, 1:-1]
+        gained = across[:, side:] - across[:, :-side] + down[side:] - down[:-side]
+        found.append(seen_contrast(2.0 / (3.0 * math.pi) * np.abs(gained), means, defocus.accuracy).ravel())
+    return float(np.quantile(np.concatenate(found), MOST)) if found else 0.0
 
 
 def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, float]:
