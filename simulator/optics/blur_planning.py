@@ -43,7 +43,8 @@ def plan_accuracy(
     """
     per_radiance = electrons_per_radiance(lens, sensor)
     electrons = max(min(brightest_electrons(optics.scene, optics.weights, per_radiance), floor.most_electrons), 1.0)
-    peak_e = max(peak_electrons(one, optics.weights, per_radiance) for one in (optics.scene, loaded))
+    scenes = (loaded,) if optics.scene is loaded else (optics.scene, loaded)
+    peak_e = max(peak_electrons(one, optics.weights, per_radiance) for one in scenes)
     accuracy = Accuracy(
         tolerance,
         electrons,
