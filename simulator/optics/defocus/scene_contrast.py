@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from simulator.device.threads import in_threads
 from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurred_share
@@ -235,17 +234,23 @@ def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
 
     Over a border goes the difference of the light beside it, times 2 / (3 pi) radii. Where light has a minimum all four count.
     """
-    side, found = max(round(defocus.scale), 1), []
-    for place in _parts(scene, defocus.scale):
+    side = max(round(defocus.scale), 1)
+
+    def over_side(light: np.ndarray, axis: int) -> np.ndarray:
+        first, count = side // 2, light.shape[axis] - side + 1  # of the windows that lie in the light
+        return window_mean(light, side, axes=(axis,)).take(range(first, first + count), axis)
+
+    def crossing(place: tuple[slice, slice]) -> np.ndarray:
         light = np.minimum(composite([_at(layer, place, to_share) for layer in scene.layers]), LAMP)
         if min(light.shape[:2]) < side + 2:
-            continue
-        means = sliding_window_view(light, (side, side), axis=(0, 1)).mean(axis=(-2, -1))[1:-1, 1:-1]
-        across = sliding_window_view(np.diff(light, axis=1), side, axis=0).mean(axis=-1)[1:-1]
-        down = sliding_window_view(np.diff(light, axis=0), side, axis=1).mean(axis=-1)[:, 1:-1]
+            return np.zeros(0)
+        means = over_side(over_side(light, 0), 1)[1:-1, 1:-1]
+        across, down = over_side(np.diff(light, axis=1), 0)[1:-1], over_side(np.diff(light, axis=0), 1)[:, 1:-1]
         gained = across[:, side:] - across[:, :-side] + down[side:] - down[:-side]
-        found.append(seen_contrast(2.0 / (3.0 * math.pi) * np.abs(gained), means, defocus.accuracy).ravel())
-    return float(np.quantile(np.concatenate(found), MOST)) if found else 0.0
+        return seen_contrast(2.0 / (3.0 * math.pi) * np.abs(gained), means, defocus.accuracy).ravel()
+
+    found = np.concatenate(in_threads(crossing, _parts(scene, defocus.scale)))
+    return float(np.quantile(found, MOST)) if found.size else 0.0
 
 
 def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, float]:
