@@ -55,6 +55,7 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         path, vectors = moving_path(loaded, lens, sensor.camera, planned.projection, timing.motion, component)
 
         seen = _seen_scenes(planned, loaded, path)
+        slopes = _slopes(planned, seen, per_radiance, path.length.longest_px)
 
         def plan_for(
             detail: SceneDetail,
@@ -62,9 +63,9 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
             vectors: PixelVectors | None = vectors,
             share: float = share,
             seen: list[Scene] = seen,
+            slopes: tuple[float, float] = slopes,
         ) -> MotionPlan | Skipped:
             need = _need(planned, seen, per_radiance, detail)
-            slopes = _slopes(planned, seen, per_radiance, path.length.longest_px)
             own = need.behind(_steepest_edge(planned.defocus), *slopes).of_share(share)
             return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need), joins)
 

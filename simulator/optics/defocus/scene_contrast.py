@@ -11,7 +11,7 @@ from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurr
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
-from simulator.optics.defocus.edge_contrast import WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
+from simulator.optics.defocus.edge_contrast import BESIDE, WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
 from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
 from simulator.optics.defocus.path_contrast import PART_PX, PARTS, parts_around
@@ -232,7 +232,7 @@ def sharp_contrast(
 def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
     """Return `SceneContrast.crossings` of photosites anywhere among even squares; of a large scene, of parts.
 
-    Over a border goes the difference of the light beside it, times 2 / (3 pi) radii. Where light has a minimum all four count.
+    Over a border goes the difference of the light beside it, times BESIDE radii. Where light has a minimum all four count.
     """
     side = max(round(defocus.scale), 1)
 
@@ -247,7 +247,7 @@ def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
         means = over_side(over_side(light, 0), 1)[1:-1, 1:-1]
         across, down = over_side(np.diff(light, axis=1), 0)[1:-1], over_side(np.diff(light, axis=0), 1)[:, 1:-1]
         gained = across[:, side:] - across[:, :-side] + down[side:] - down[:-side]
-        return seen_contrast(2.0 / (3.0 * math.pi) * np.abs(gained), means, defocus.accuracy).ravel()
+        return seen_contrast(BESIDE * np.abs(gained), means, defocus.accuracy).ravel()
 
     found = np.concatenate(in_threads(crossing, _parts(scene, defocus.scale)))
     return float(np.quantile(found, MOST)) if found.size else 0.0

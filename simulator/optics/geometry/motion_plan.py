@@ -100,7 +100,7 @@ class MotionNeed:
         names = "contrast", "dark", "bend", "dark_bend", "texture", "border", "lamps", "dark_lamps"
         return replace(self, **{name: share * getattr(self, name) for name in names})
 
-    def behind(self, steepest: float, slope: float = 0.0, dark_slope: float = 0.0) -> Self:
+    def behind(self, steepest: float, slope: float, dark_slope: float) -> Self:
         """Return the need behind a blur, where the light of an edge rises by no more than this share of it per photosite.
 
         slope, dark_slope: `contrast` and `dark` of light that rises on over all of a blur circle, of which blur takes nothing.

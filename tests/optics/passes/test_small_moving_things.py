@@ -84,11 +84,10 @@ def test_what_is_skipped_is_so_by_the_sharpest_pixel():
     assert found.motion is None and found.motion_skipped is not None
 
 
-@pytest.mark.parametrize("radius_px", [2.0, 6.4])
 @pytest.mark.parametrize("scale", [1, 2])
-def test_a_slope_behind_a_blur_moves_as_far_as_without(radius_px, scale):
+def test_a_slope_behind_a_blur_moves_as_far_as_without(scale):
     """Light that rises evenly has its slope behind any circle, where an edge has a share of it: half of 3 photosites show."""
-    rows, columns, way_px, darkest = 40, 90, 3.0, 0.02
+    rows, columns, way_px, darkest, radius_px = 40, 90, 3.0, 0.02, 9.0
     ramp = np.repeat(darkest + (np.arange(scale * columns) + 0.5)[None, :] / (scale * columns), scale * rows, axis=0)
     still = Shot(band_scene(ramp, depth_of(radius_px)), WIDE_OPEN, Exposure(TIME_S), small_camera(columns, rows), tolerance=1.0)
     still = replace(still, exposure=Exposure(TIME_S * 2000.0 / plan(still).optics.accuracy.electrons))
