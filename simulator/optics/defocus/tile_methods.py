@@ -245,14 +245,16 @@ def _join_runs(runs: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.nda
 def _slopes(defocus: Defocus, layer_statistics: list[RadiusStatistics], held: np.ndarray, largest_px: np.ndarray) -> np.ndarray:
     """Slopes of the tiles in x and y, whole multiples of `Accuracy.slope_step`: (2, layers, tile rows, tile columns) int.
 
-    held: blocks that count. largest_px: largest blur radius of each tile. Slopes are limited so that the blur stays within the
-    margin. Where the slope varies inside a tile, it is rounded to a quarter of its range, so that tiles share images.
+    held: blocks that count. largest_px: largest blur radius of each tile. Slopes are limited to those of continuous surfaces,
+    and so that the blur stays within the margin. Where the slope varies inside a tile, it is rounded to a quarter of its range,
+    so that tiles share images.
     """
     names, (corner, step) = ("slope_x", "slope_y"), (defocus.pupil.corner_radius, defocus.accuracy.slope_step)
     slope, least, greatest = (
         np.stack([_over_blocks(layer_statistics, held, name, join) for name in names]) for join in (np.mean, np.min, np.max)
     )
     coarse = 2.0 ** np.ceil(np.log2(np.maximum(0.25 * (greatest - least).max(axis=0) / step, 1.0)))
+    slope = np.clip(slope, -STEEPEST_PX, STEEPEST_PX)
     most = np.maximum((1.0 - largest_px * corner / (defocus.reach_px - 1.0)) / corner, 0.0)
     whole = np.rint(slope / (step * coarse)) * coarse
     length = step * np.hypot(*whole)
