@@ -10,6 +10,7 @@ struct sampling {
     uint least;           // points after which means are compared for the first time, a power of two; they are again at each power of two
     uint first_color;     // of mosaic_colors.h
     uint normalise;       // 1: light is divided by the share of rays that meet a surface, so that rays that meet none do not darken it
+    float brightest;      // light from which on a photosite's own sample may be a lamp [e- s^-1 um^-2 sr^-1]
     float slope, offset;  // allowed squared difference [(e- s^-1 um^-2 sr^-1)^2]: slope * light + offset
 };
 

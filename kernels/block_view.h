@@ -11,7 +11,7 @@
 #define BLOCK (TURNS ? 7 : 5)              // numbers of a block
 #define SIZE (ROWS * SPAN) // photosites of a set: ROWS rows, two apart, of SPAN columns of a column set
 #define ALL (SETS * SIZE)  // photosites of a work-item
-#define BEYOND 0.25f // farthest beyond its block's four samples that a photosite reads light as a straight line [samples]
+#define BEYOND (LAMPS ? 0.0f : 0.25f) // farthest beyond its block's four samples that a photosite reads light as a straight line [samples]
 
 // A place beside a photosite [samples], and its growth per photosite to the right, down, and both.
 struct turned_place {
@@ -57,6 +57,9 @@ INLINE struct block_view view_block(global const float *point, global const uint
     struct block_view found = {0.0f, 0.0f, point[0], point[1], 0, 0, 0, 0, 1, 0, {0.0f}, 0, 0, (int)start};
     found.x = OVER * (s * point[0] + point[2] + 0.5f) - 0.5f, found.y = OVER * (s * point[1] + point[3] + 0.5f) - 0.5f;
     found.dx = found.left = whole(found.x), found.dy = found.top = whole(found.y);
+#if GROWS && LAMPS
+    found.left -= 1, found.top -= 1; // rows look up to a sample aside of the middle
+#endif
 #if TURNS
     const int columns = 2 * SPAN * (int)get_global_size(0), rows = 2 * ROWS * (int)get_global_size(1); // of the block
     const int sample_columns = COLUMN_SETS * (int)band.set_columns, sample_rows = (int)band.sample_rows;

@@ -52,7 +52,8 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     for (uint m = 0; m < COLORS * ALL; m++) {
         const uint set = m % ALL / SIZE, i = m % SIZE;
         all[m] = all_seen[m % ALL] = kept[m] = 0.0f;
-        sharp[m] = planes[(OVER * (set % 2) + colour[of_color(m / ALL, set)]) * plane + start + OVER * (long)(set / 2) * set_columns + i / SPAN * next + i % SPAN];
+        const float own = planes[(OVER * (set % 2) + colour[of_color(m / ALL, set)]) * plane + start + OVER * (long)(set / 2) * set_columns + i / SPAN * next + i % SPAN];
+        sharp[m] = smaller(own, sampling.brightest);
     }
     for (uint n = 0; n < sampling.point_count && agreed + 1u != 1u << COLORS; n++) {
         int current = -1; // layer
@@ -83,7 +84,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                 struct slab_samples at = {{held}, held + COLUMN_SETS * (long)band.channels * plane, radius + (is_mapped ? COLUMN_SETS * (long)map * plane : 0) + start,
                     {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
                     {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
-                    (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, s, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};
+                    bilinear_weights(f, g), least, most, s, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};
                 set_planes(at.light, held, colour, plane);
                 const struct ray_state ray = {before, missed, covered, all, all_seen, sum + CORRECTION * layer * ALL, seen + CORRECTION * layer * ALL, open, begun, sharp};
                 add_case(mapped, partial, at, ray);

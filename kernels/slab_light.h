@@ -15,7 +15,7 @@ struct ray_state {
     float *sum, *seen;                // the same of this layer alone
     uint *open;                       // ROWS; whether a ray of the row is left
     uint *begun;                      // ROWS; OPAQUE 1: whether a ray of the row has met a slab
-    const float *sharp;               // light of the photosite's own sample, from which sums are counted
+    const float *sharp;               // light of the photosite's own sample, of a lamp less, from which sums are counted
 };
 
 // Begin the next layer: the share of light that passes the layers in front is less by the coverage of the last one. fresh: none was met.

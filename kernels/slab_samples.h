@@ -4,6 +4,13 @@
 #include "block_view.h"
 #include "conventions.h"
 #include "mosaic_colors.h"
+#include "plain_math.h"
+
+struct weights { float a, b, c, d; };
+
+INLINE struct weights bilinear_weights(const float f, const float g) {
+    return (struct weights){(1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g};
+}
 
 // Where the rays of a work-item's photosites meet the slab: each reads four samples, a, b to the right of it, c below it, and d. Where
 // OVER is 1, neighbours share samples, whose radii are then read once.
@@ -11,15 +18,13 @@ struct slab_samples {
     global const float *light[PLANES], *coverage, *radius; // planes; light: of `of_color`
     long rows[4], columns[4]; // elements to the samples a and c, a and b of the first even photosite, and to those of the first odd one
     long next;                // elements to the next photosites of a set below
-    float wa, wb, wc, wd;     // bilinear weights
+    struct weights all;       // bilinear
     float least, most;        // radii of the slab [photosites]
     float middle, lean_x, lean_y; // MOTION 1: radius at which the slab is read; way of the ray per radius across and down [samples per photosite]
-    float across, down, right, below; // GROWS 1: place between the samples, 0 to 1, and what is added to it from row to row [samples]
-    struct block_view view; // TURNS 1: where the block looks
-    int set_columns, rows_of_band; // TURNS 1: of samples
+    float across, down, right, below; // GROWS 1: place between the samples of the first row, and what is added to it from row to row [samples]
+    struct block_view view;        // GROWS or TURNS 1: where the block looks
+    int set_columns, rows_of_band; // of samples
 };
-
-struct weights { float a, b, c, d; };
 
 // The four samples of a photosite: elements from the first photosite's, and bilinear weights.
 struct spot {
@@ -27,16 +32,19 @@ struct spot {
     struct weights all;
 };
 
-// The same for row j, whose rays come a little later. Beyond the samples light is continued as a straight line.
+// The same for row j, whose rays come a little later. They are up to BEYOND beyond the samples, where light is continued as a straight line;
+// LAMPS 1: they read samples of their own, since lines from a lamp to its dark surroundings fall far below 0.
 INLINE struct slab_samples on_row(const struct slab_samples at, const uint j) {
     struct slab_samples found = at;
-    const float f = at.across + (float)(int)j * at.right, g = at.down + (float)(int)j * at.below;
-    found.wa = (1.0f - f) * (1.0f - g), found.wb = f * (1.0f - g), found.wc = (1.0f - f) * g, found.wd = f * g;
-    return found;
-}
-
-INLINE struct weights bilinear_weights(const float f, const float g) {
-    const struct weights found = {(1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g};
+    const float x = at.across + (float)(int)j * at.right, y = at.down + (float)(int)j * at.below;
+    const int dx = LAMPS ? whole(x) : 0, dy = LAMPS ? whole(y) : 0;
+    found.all = bilinear_weights(x - (float)dx, y - (float)dy);
+#if LAMPS
+    for (uint i = 0; i < 4; i++) {
+        found.rows[i] = at.rows[i] + (long)dy * at.set_columns;
+        found.columns[i] = column_start(at.view.dx + dx + (int)(OVER * (i / 2) + i % 2), (long)at.rows_of_band * at.set_columns);
+    }
+#endif
     return found;
 }
 
@@ -45,7 +53,7 @@ INLINE struct weights bilinear_weights(const float f, const float g) {
 INLINE struct spot spot_of(const int wide, const struct slab_samples at, const uint i, const uint j, const uint down, const uint across) {
     const long element = j * at.next + i, above = at.rows[2 * down] + element, below = at.rows[2 * down + 1] + element;
     const long left = at.columns[2 * across], right = at.columns[2 * across + 1];
-    struct spot found = {above + left, above + right, below + left, below + right, {at.wa, at.wb, at.wc, at.wd}};
+    struct spot found = {above + left, above + right, below + left, below + right, at.all};
 #if TURNS
     const int x = 2 * (int)i + (int)across, y = 2 * (int)j + (int)down;
     const struct turned_place t = at.view.at;

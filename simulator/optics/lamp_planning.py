@@ -58,7 +58,7 @@ def _find_lamps(planned: OpticsPlan) -> Lamps | None:
     scene, weights, per_radiance = planned.scene, planned.weights, planned.accuracy.electrons_per_radiance
     assert planned.defocus is not None  # else nothing is blurred
     pixels = scene.planes.shape[0] * scene.planes.shape[1]
-    if pixels > SEARCHED and planned.accuracy.peak < LAMP_PEAK:
+    if pixels > SEARCHED and not planned.accuracy.has_lamps:
         return None
     side = 2 * drawn_spots(planned.defocus, planned.projection).reach_px + 1
     most = math.ceil(min(MOST_LAMPS, MOST_SHARE * pixels, MOST_ROWS / side))

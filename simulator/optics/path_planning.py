@@ -10,7 +10,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import LAMP_PEAK
 from simulator.optics.defocus.aperture_kernel import aperture_weights
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.path_contrast import SceneParts, parts_around
@@ -100,7 +99,7 @@ class _Left:
         is_one = defocus.eyes is None and not defocus.maps and largest_px <= PATH_PX
         if not is_one or blur is None:
             return
-        reach, has_lamps = math.ceil(largest_px - 0.5), self.planned.accuracy.peak >= LAMP_PEAK
+        reach, has_lamps = math.ceil(largest_px - 0.5), self.planned.accuracy.has_lamps
         if reach < MOST_REACH:
             rings = [(beside, EVERY) for beside in range(1, MOST_REACH + 1 - reach)]
         else:  # what rims of lamps leave is known of even squares

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from simulator.optics.defocus.accuracy import LAMP_PEAK, MOST_SHARP_PX
+from simulator.optics.defocus.accuracy import MOST_SHARP_PX
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.pipeline.error_budget import ROUNDING, ErrorBudget, error_budget
 
@@ -58,7 +58,7 @@ def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -
     law.
     """
     defocus, share = best.defocus, 1.0 if is_at_rest(best) else FAR_LESS
-    if share < 1.0 and best.accuracy.peak < LAMP_PEAK:
+    if share < 1.0 and not best.accuracy.has_lamps:
         return best  # nothing leaves so much
     if defocus is None or defocus.maps or min(most for _, most in defocus.ranges_px) > MOST_SHARP_PX:
         return best  # a larger tolerance leaves out the blur of no surface

@@ -75,6 +75,11 @@ class Accuracy:
         return self.tolerance * self.sigma
 
     @property
+    def has_lamps(self) -> bool:
+        """Whether the brightest scene pixel is a lamp."""
+        return self.peak >= LAMP_PEAK
+
+    @property
     def lamp_contrast(self) -> float:
         """Contrast of a lamp's edge in the dark, as a share of the brightest light, as `scene_detail` counts it; 0: no lamp.
 
@@ -89,7 +94,7 @@ class Accuracy:
 
     def _lamp_contrast(self, lit: float) -> float:
         """Contrast of a lamp where photosites see this share of it."""
-        if self.peak < LAMP_PEAK:
+        if not self.has_lamps:
             return 0.0
         noise = self.read_noise_e**2 + lit * self.peak * self.electrons
         return self.peak * math.sqrt((self.electrons + self.read_noise_e**2) / max(noise, 1.0))
@@ -197,7 +202,7 @@ class Accuracy:
         """
         finest = SAMPLES_PER_AXIS[-1]
         suffice = self.sampling_error(least_px, finest, scale) <= self.allowed
-        if self.whole_pixels or self.peak < LAMP_PEAK:
+        if self.whole_pixels or not self.has_lamps:
             return suffice
         return suffice & (lamp_error(self.peak, least_px, scale) <= self.allowed * finest)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import LAMP_PEAK, MOST, hidden_error
+from simulator.optics.defocus.accuracy import MOST, hidden_error
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UNIT_PX, LEAST_APART_PX, Defocus
 from simulator.optics.defocus.edge_laws import LITS, edge_error
@@ -79,7 +79,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
         )
         away = TURNING * max(lean - LEAST_LEAN, 0.0)
         found.append(JointTerm(f"surfaces that turn away, slope times shift {lean:.2g}", away, LESS_SHIFT))
-    if accuracy.peak >= LAMP_PEAK:
+    if accuracy.has_lamps:
         found.append(JointTerm("dots of lamps", _lamp_error(defocus, points), TIGHTER))
         found += _mixed_lamp_terms(defocus, contrast)
     if contrast.behind > 0.0:

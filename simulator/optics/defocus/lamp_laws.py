@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
+from simulator.optics.defocus.accuracy import Accuracy
 
 RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
 SLANTED, SLANTED_SEEN = 2.95, 0.13  # times what an upright rim leaves, and share of the spot that is seen there
@@ -23,7 +23,7 @@ def lamp_crossing_error(radius_px: float, scale: float, accuracy: Accuracy, few:
 
     scale: scene pixels per photosite. few: `SceneContrast.few`.
     """
-    accuracy = replace(accuracy, peak=max(accuracy.peak if accuracy.peak >= LAMP_PEAK else 0.0, few))
+    accuracy = replace(accuracy, peak=max(accuracy.peak if accuracy.has_lamps else 0.0, few))
     if accuracy.peak == 0.0:
         return 0.0
     noise_e2 = max(accuracy.read_noise_e**2, 1.0)
@@ -40,7 +40,7 @@ def gathered_lamp_error(radius_px: np.ndarray, rectangles: np.ndarray, scale: fl
     At the rim of its spot, where it ends in the dark, in the noise of what is there. It bounds lamps at any place of a
     photosite, 1.25 and 2.5 pixels to a photosite, radii of 0.1 to 1.5 photosites and 8 to 64 rectangles.
     """
-    if accuracy.peak < LAMP_PEAK:
+    if not accuracy.has_lamps:
         return np.zeros(np.shape(radius_px))
     own_e = accuracy.peak * accuracy.electrons / scale**2
     left = (0.8 * scale * radius_px) ** 1.3 * (8.0 / rectangles) ** 2
@@ -50,7 +50,7 @@ def gathered_lamp_error(radius_px: np.ndarray, rectangles: np.ndarray, scale: fl
 
 def lamp_sharp_px(scale: float, accuracy: Accuracy) -> float:
     """Largest blur radius for which `lamp_crossing_error` stays within what is allowed [photosites]; inf: there is no lamp."""
-    if accuracy.peak < LAMP_PEAK:
+    if not accuracy.has_lamps:
         return math.inf
     noise_e = max(accuracy.read_noise_e, 1.0)
     return accuracy.tolerance * noise_e / (_borders(scale) * _crossing_e(1.0, scale, accuracy))

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from simulator.device.threads import in_threads
-from simulator.optics.defocus.accuracy import LAMP_PEAK, grid_error, twice_blurred_share
+from simulator.optics.defocus.accuracy import grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
@@ -134,7 +134,7 @@ def scene_contrast(
         within=ranges.get("within", 0.0),
         lamps_mixed=ranges.get("lamps_mixed", 0.0),
         lamps_within=ranges.get("lamps_within", 0.0),
-        lamp_px=math.inf if defocus.accuracy.peak < LAMP_PEAK else min(_least_lamp_px(*pair, to_share) for pair in layers),
+        lamp_px=min(_least_lamp_px(*pair, to_share) for pair in layers) if defocus.accuracy.has_lamps else math.inf,
         hidden=steps.hidden,
         bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
     )

@@ -35,7 +35,7 @@ def peak_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> fl
 
 def lamp_electrons(accuracy: Accuracy) -> float:
     """Electrons above which a pixel is a lamp, which counts by itself; infinite in a scene without one."""
-    return LAMP_PEAK * accuracy.electrons if accuracy.peak >= LAMP_PEAK else np.inf
+    return LAMP_PEAK * accuracy.electrons if accuracy.has_lamps else np.inf
 
 
 def brighter_pixels(planes: np.ndarray, weights: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -66,7 +66,10 @@ class PatchWindows:
 def _window_size(defocus: Defocus) -> tuple[int, int]:
     """Return the rows and columns of patches of a window."""
     motion = defocus.motion
-    if motion is None or motion.cells(BLOCK_COLUMNS, BLOCK_ROWS).points != "places":
+    points = "even" if motion is None else motion.cells(BLOCK_COLUMNS, BLOCK_ROWS).points
+    if points == "rows" and defocus.accuracy.has_lamps:  # rows look up to a sample aside of the block's middle
+        return WINDOW_ROWS + 1, WINDOW_COLUMNS + 1
+    if points != "places":
         return WINDOW_ROWS, WINDOW_COLUMNS
     return -(-TURNED_PX // PATCH_ROWS) + 1, -(-TURNED_PX // PATCH_COLUMNS) + 1
 

@@ -397,6 +397,7 @@ class RowBand:
             "MOTION": int(self.defocus.motion is not None),
             "GROWS": int(points.shape[-1] == 9),
             "TURNS": int(points.shape[-1] == 17),
+            "LAMPS": int(points.shape[-1] > 5 and self.defocus.accuracy.has_lamps),
             **self.windows.macros,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
@@ -407,6 +408,7 @@ class RowBand:
             "point_count": number,
             "least": fewest_samples(number, bool(correction), self.samples_per_axis, self.defocus),
             "normalise": int(self.defocus.opaque),
+            "brightest": self.defocus.accuracy.brightest or np.finfo(np.float32).max,
             "slope": slope,
             "offset": offset,
         }

@@ -74,8 +74,8 @@ def rectangles_of_tiles(tiles: TilePlan) -> np.ndarray:
 def _reached_by_lamps(tiles: TilePlan) -> np.ndarray:
     """Whether light of a lamp may reach each tile. Behind a lens that distorts, or where a camera turns, it may reach all."""
     projection, accuracy, area = tiles.optics.projection, tiles.optics.accuracy, tiles.area
-    if accuracy.peak < LAMP_PEAK or projection.warp is not None or projection.pose is not None:
-        return np.full(area.grid, accuracy.peak >= LAMP_PEAK)
+    if not accuracy.has_lamps or projection.warp is not None or projection.pose is not None:
+        return np.full(area.grid, accuracy.has_lamps)
     reached, scene, weights = np.zeros(area.grid, bool), tiles.optics.scene, tiles.optics.weights
     limit = LAMP_PEAK * accuracy.brightest
     rows, columns = scene.remember(("lamps", freeze(weights), limit), lambda: _lamps(scene, weights, limit))

@@ -10,7 +10,7 @@ import numpy as np
 
 from simulator.color.spectra import efficiency_on, integral_weights
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import LAMP_PEAK, RAY_ERROR, SHARP_PX, Accuracy
+from simulator.optics.defocus.accuracy import RAY_ERROR, SHARP_PX, Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import Projection
@@ -81,7 +81,7 @@ def _is_smooth(psf: FieldPsf, defocus: Defocus | None, accuracy: Accuracy) -> bo
 
     Light above a limit would get other kernels than that below it, and each of them a bend that the other takes away.
     """
-    if psf.by_distance or defocus is None or accuracy.peak >= LAMP_PEAK:
+    if psf.by_distance or defocus is None or accuracy.has_lamps:
         return False
     return min(least for least, _ in defocus.of_scene().ranges_px) >= SMOOTH_PX
 

@@ -172,6 +172,32 @@ def test_points_grow_over_the_rows_of_a_block():
         assert np.abs(z_scores(found[row], truth, 2000.0)).max() < 0.15  # 0.03 photosites from the middle of two rows
 
 
+@pytest.mark.parametrize(
+    ("camera", "way_px", "points"), [(None, (12.0, 0.0), "rows"), (SteadyMotion(roll_deg_per_s=0.5), (2.0, 0.0), "places")]
+)
+def test_light_beside_a_lamp_is_not_below_that_of_the_scene(camera, way_px, points):
+    """Of photosites that look a little beyond their block's samples, beside a pixel ten thousand times as bright."""
+    case = bars_before_a_wall(-5.0, 0.0, rows=101)
+    case.colour[0, 50, 64] = 1e4
+    least = float(np.where(case.coverage[0] > 0.0, case.colour[0], case.colour[1]).min())
+    planned = moving_plan(case, camera, (way_px, None), rolling(101, 1.0 / 192.0, 1.0))
+    assert planned.optics.defocus.motion.cells(32, 8).points == points
+    found = moving_picture(case, planned)
+    assert found.min() > 0.999 * least and found.max() > 1.0
+
+
+def test_a_lamp_leaves_nothing_where_a_photosite_begins_its_sums():
+    """Sums begin at the sample that lies half of the frame's path aside, which a row that is open early does not see."""
+    case = bars_before_a_wall(-0.4, 5.0, rows=101)
+    dark = moving_plan(case, None, ((12.0, 0.0), None), rolling(101, 0.05, 1.0))
+    expected, (across, _) = moving_picture(case, dark), dark.optics.defocus.motion.rest_px[0]
+    case.colour[0, 35, 40] = 1e9
+    found = moving_picture(case, moving_plan(case, None, ((12.0, 0.0), None), rolling(101, 0.05, 1.0)))
+    place = 35 - MARGIN, 40 - across - MARGIN
+    assert found[place] == pytest.approx(expected[place], rel=1e-5)
+    assert found[place[0]].max() > 1e6
+
+
 def test_points_grow_to_those_of_the_next_rows():
     """The points of each pair of rows are those of a cell of two rows, also where the sensor ends within a block."""
     case = bars_before_a_wall(-4.0, 3.0, rows=101)
