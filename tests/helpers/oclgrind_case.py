@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from helpers.camera_builders import every_stage, small_camera
+from helpers.kernel_bench import Bench
 from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 from simulator.device import devices, open_device
@@ -237,6 +238,13 @@ def take_vectors() -> None:
     print("done", devices()[0].name)
 
 
+def take_columns() -> None:
+    """Every stage of the sensor on columns that a CPU computes at once, as those of larger frames, and some left over."""
+    light = np.exp(np.random.default_rng(0).uniform(-3.0, 9.0, (5, 75)))
+    Bench(open_device()).sensor(light, *every_stage().values(), x=31, y=17, few_px=0)
+    print("done", devices()[0].name)
+
+
 def take_lamp() -> None:
     """A lamp on a wall beside the edge of a nearer surface, both out of focus: its spot is computed apart."""
     rng, camera = np.random.default_rng(0), small_camera(30, 20, "RGGB")
@@ -361,5 +369,5 @@ if __name__ == "__main__":
         "joint": take_joint,
     }
     others |= {"spread": take_spread, "slabs": take_slabs, "vectors": take_vectors, "lamp": take_lamp, "lamps": take_lamps}
-    others["far spread"] = take_far_spread
+    others |= {"far spread": take_far_spread, "columns": take_columns}
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

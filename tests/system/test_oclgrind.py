@@ -60,6 +60,7 @@ CASES = [
     "lamp",
     "lamps",
     "far spread",
+    "columns",
 ]
 
 pytestmark = [

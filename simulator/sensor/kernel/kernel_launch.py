@@ -18,7 +18,7 @@ from simulator.sensor.stages.stage import Means, Stage
 
 LARGEST_PLACE_PX = 2**24  # x and y lie below it: float32 represents integers exactly up to there
 TILE_PX = 512  # most columns of a tile on a CPU: means differ more in a wider one, and more tiles need the code for all means
-FEW_PX = 2**16  # photosites up to which one build for all means pays: a build takes 0.5 s, and such a frame 1 ms at most
+FEW_PX = 2**16  # photosites below which one build for all means, without vectors, pays: it takes 0.5 s, a frame 2 ms at most
 LAUNCH_PX = 2**15  # photosites for which the code for all means takes as much longer as a launch costs: 0.15 ms
 VECTOR_PX = 32  # columns that a CPU computes at once: several registers, so that few instructions wait for the one before
 REQUIRED = tuple(stem for stem in stage_order() if FUSED[stem].is_required)
@@ -112,22 +112,24 @@ def launch_sensor(
     settings: Sequence[FrameSetting],
     part: KernelPart,
     tile_height: int = tiles.TILE_HEIGHT,
+    few_px: int = FEW_PX,
 ) -> None:
     """Enqueue the fused kernel for a stack of frames, each tile of a large one with the fastest Poisson code for its means.
 
     The variant of a tile and the other frames of the stack change the speed, never the codes.
     source, result: device buffers (frames, *shape), as kernels/sensor.cl says for this part. shape: (height, width).
-    tile_height: rows of the largest tile, 2 or more.
+    tile_height: rows of the largest tile, 2 or more. few_px: photosites of all frames below which few and small builds count.
     """
     height, width = shape
+    is_small = len(settings) * height * width < few_px
     work_items = 1 if device.span > 1 else device.row_px
-    vector = VECTOR_PX if device.span > 1 and width >= VECTOR_PX else 1
+    vector = VECTOR_PX if device.span > 1 and width >= VECTOR_PX and not is_small else 1
     columns = tiles.column_edges(width, min(device.row_px, TILE_PX), vector)
     rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tile_height)
     frame_of_row = rows[:-1] // height
     means = np.full((len(pairs), len(columns) - 1), PoissonVariant.LARGE)
     counts = np.array([part is not KernelPart.READOUT and setting.counts_means for setting in settings])
-    if counts.any() and len(settings) * height * width < FEW_PX:
+    if counts.any() and is_small:
         means = np.where(counts[frame_of_row, np.newaxis], PoissonVariant.ALL, means)
     elif counts.any():
         found = _poisson_variants(device, source, shape, settings, columns, rows, tile_height)

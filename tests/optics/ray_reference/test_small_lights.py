@@ -18,8 +18,8 @@ from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.small_lights import SmallLights, cell_shares, light_pairs, take_lights
 from simulator.sensor.camera.camera_sections import Window
 
-ROWS, COLUMNS, MARGIN, OVER = 38, 46, 13, 4
-EDGE, LIGHT = 22, (19 * OVER + 1, 25 * OVER + 2)  # of the near half-plane [photosites]; cell of the light
+ROWS, COLUMNS, MARGIN, OVER = 36, 40, 13, 4
+EDGE, LIGHT = 22, (18 * OVER + 1, 25 * OVER + 2)  # of the near half-plane [photosites]; cell of the light
 NEAR_PX, FAR_PX = -5.0, 8.0
 
 
