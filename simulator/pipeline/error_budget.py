@@ -100,8 +100,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     terms: list[ErrorTerm] = []
     blur = optics.moving_blur
     if blur is None:
-        scale, reads_pixels = optics.projection.scale, optics.reads_pixels
-        terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=scale, reads_pixels=reads_pixels)
+        terms += ignored_terms(optics)
     elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not _rays_meet_pixels(optics)):
         terms += ray_terms(blur, contrast)
     elif optics.psf is None or not optics.psf.by_distance:
@@ -137,6 +136,19 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         share = accuracy.in_sigma(optics.illumination_error)
         terms.append(ErrorTerm(ILLUMINATION, "a table of the pupil that rims clip", share, "give a round aperture"))
     return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))
+
+
+def ignored_terms(optics: OpticsPlan) -> list[ErrorTerm]:
+    """What the blur that a plan leaves out leaves."""
+    projection = optics.projection
+    return ignored_error(
+        optics.accuracy,
+        optics.ignored_px,
+        optics.contrast,
+        scale=projection.scale,
+        reads_pixels=optics.reads_pixels,
+        open_side=projection.open_side if projection.footprint is None else projection.footprint.side_px,
+    )
 
 
 def _rows_between(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:

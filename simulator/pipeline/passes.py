@@ -31,7 +31,7 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import read_by_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.veiling_glare import GLARE
-from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget
+from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget, ignored_terms
 from simulator.pipeline.planned_pass import Pass, error_of, pixels_of
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
@@ -180,8 +180,7 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
 def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) -> Pass:
     defocus, pixels = optics.defocus, pixels_of(optics)
     if defocus is None:
-        scale, reads_pixels = optics.projection.scale, optics.reads_pixels
-        told = describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, scale=scale, reads_pixels=reads_pixels)
+        told = describe_ignored(optics.accuracy, optics.ignored_px, ignored_terms(optics))
         return Pass("defocus", False, told, error_sigma=error_of(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")

@@ -9,6 +9,7 @@ from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.veiling_glare import VeilingGlare
+from simulator.pipeline.error_budget import ignored_terms
 from simulator.pipeline.psf_steps import psf_steps
 from simulator.pipeline.step import Step
 from simulator.pipeline.time_steps import time_steps
@@ -142,8 +143,7 @@ def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
     if not lens.forms_image:
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
-        scale = optics.projection.scale
-        return Step("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, scale=scale))
+        return Step("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px, ignored_terms(optics)))
     defocus = defocus.of_scene()
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px

@@ -298,17 +298,20 @@ def ignored_error(
     *,
     scale: float = 1.0,
     reads_pixels: bool = False,
+    open_side: float = 1.0,
 ) -> list[ErrorTerm]:
     """Predict the error of leaving out all blur, whose largest radius is this [photosites].
 
     contrast: of the scene. scale: its pixels per photosite. With one it does not show where in its pixel a lamp is; of fewer,
-        light is bilinear between their centres, whose second difference counts. reads_pixels: as of `error_terms`.
+        light is bilinear between their centres, whose second difference counts: it bends there, all in the open side of a
+        photosite [photosites]. reads_pixels: as of `error_terms`.
     """
     if radius_px == 0.0:
         return []
     is_unknown, is_fine = abs(scale - 1.0) < 1e-3, scale > 1.0
     lamp = lamp_crossing_error(radius_px, scale, accuracy, contrast.few if is_unknown else 0.0)
     smooth = contrast.curvature / WAVE_CURVATURE * copy_error(radius_px) if contrast.crossed is None else contrast.crossed
+    smooth /= open_side if scale < 1.0 and contrast.crossed is None else 1.0
     left_out = max(
         smooth,
         crossing_error(radius_px, accuracy.detail),
@@ -334,23 +337,15 @@ def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
     return sum(term.sigma for term in error_terms(defocus, contrast))
 
 
-def describe_ignored(
-    accuracy: Accuracy,
-    radius_px: float,
-    contrast: SceneContrast = WORST,
-    *,
-    scale: float = 1.0,
-    reads_pixels: bool = False,
-) -> str:
+def describe_ignored(accuracy: Accuracy, radius_px: float, left: list[ErrorTerm]) -> str:
     """Describe why no blur is computed where the largest blur circle has this radius [photosites], with the predicted error.
 
-    The arguments are those of `ignored_error`.
+    left: terms of `ignored_error`.
     """
     told = f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites"
     if radius_px > accuracy.sharp_px:
         told = f"what follows a blur of at most {radius_px:.2g} photosites would leave more than the blur does"
-    found = ignored_error(accuracy, radius_px, contrast, scale=scale, reads_pixels=reads_pixels)
-    error = found[0].sigma if found else 0.0
+    error = left[0].sigma if left else 0.0
     if error == 0.0:
         return told
     return f"{told}; without that of radius {radius_px:.2g} the light is off by up to {error:.2g} sigma"

@@ -57,7 +57,7 @@ def check(case: Case, truth: Case, electrons: float, hidden: Hidden = "none", le
 )
 def test_it_is_not_below_what_textured_planes_have(radii_px):
     """As one picture with depth, with either background, and as layers."""
-    case = with_truth_of_rays(textured_planes(radii_px), open_device())
+    case = with_truth_of_rays(textured_planes(radii_px, (112, 152)), open_device())
     for electrons in (2000.0, 20000.0):
         check(one_picture(case), case, electrons, "none")
         check(one_picture(case), case, electrons, "extend")
@@ -425,6 +425,22 @@ def test_small_circles_count_by_bends_where_photosites_do_not_read_single_pixels
     (term,) = ignored_error(accuracy, radius_px, SceneContrast(curvature=bends))
     assert 0.4 * term.sigma < accuracy.in_sigma(left) <= term.sigma
     assert ignored_error(accuracy, radius_px, SceneContrast(curvature=bends), reads_pixels=True)[0].sigma == 0.0
+
+
+@pytest.mark.parametrize("open_side", [1.0, 0.7, 0.5])
+def test_light_that_bends_in_the_open_part_of_a_photosite_counts_there(open_side):
+    """Random columns two photosites wide, linear between their middles, in float64: a small open side holds all of a bend."""
+    parts, side, radius_px = 20, 200, 0.23
+    light = np.random.default_rng(8).random(side // 2)
+    places = (np.arange(side * parts) + 0.5) / (2 * parts) - 0.25  # middles of columns in those of photosites
+    pixels = np.interp(places, np.arange(side // 2), light)
+    lost = pixels - np.convolve(pixels, disk_weights(parts * radius_px).sum(axis=0), mode="same")
+    first = round(0.5 * (1.0 - open_side) * parts)
+    left = np.abs(lost.reshape(side, parts)[2:-2, first : parts - first].mean(axis=1)).max()
+    accuracy = Accuracy(electrons=1000.0)
+    contrast = SceneContrast(curvature=0.5 * float(np.abs(np.diff(light, 2)).max()))
+    (term,) = ignored_error(accuracy, radius_px, contrast, scale=0.5, open_side=open_side)
+    assert 0.9 * term.sigma < accuracy.in_sigma(left) <= term.sigma
 
 
 @pytest.mark.parametrize("radius_px", [0.45, 0.6, 0.98, 1.5, 3.0])
