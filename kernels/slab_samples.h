@@ -40,10 +40,10 @@ INLINE struct slab_samples on_row(const struct slab_samples at, const uint j) {
     const int dx = LAMPS ? whole(x) : 0, dy = LAMPS ? whole(y) : 0;
     found.all = bilinear_weights(x - (float)dx, y - (float)dy);
 #if LAMPS
-    for (uint i = 0; i < 4; i++) {
-        found.rows[i] = at.rows[i] + (long)dy * at.set_columns;
-        found.columns[i] = column_start(at.view.dx + dx + (int)(OVER * (i / 2) + i % 2), (long)at.rows_of_band * at.set_columns);
-    }
+    const int down = dy * at.set_columns, plane = at.rows_of_band * at.set_columns, first = at.view.dx + dx;
+    found.rows[0] += down, found.rows[1] += down, found.rows[2] += down, found.rows[3] += down;
+    found.columns[0] = column_start(first, plane), found.columns[1] = column_start(first + 1, plane);
+    found.columns[2] = column_start(first + OVER, plane), found.columns[3] = column_start(first + OVER + 1, plane);
 #endif
     return found;
 }

@@ -54,6 +54,7 @@ CASES = [
     "steps",
     "wide",
     "joint",
+    "joint lamps",
     "spread",
     "slabs",
     "vectors",
