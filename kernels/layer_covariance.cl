@@ -37,7 +37,7 @@ kernel void layer_covariance(global const float *restrict planes, global float *
         const long element = set % 2 * OVER * plane + OVER * (long)(set / 2) * set_columns + part / SETS % ROWS * next;
         for (uint i = 0; i < SPAN; i++) {
             cover[(first + i) % ALL] = sum[first + i] = both[first + i] = kept[first + i] = 0.0f;
-            sharp[first + i] = smaller(behind[of_color(first / ALL, set)][element + i], sampling.brightest);
+            sharp[first + i] = behind[of_color(first / ALL, set)][element + i];
             own[first + i] = before[of_color(first / ALL, set)][element + i];
         }
     }

@@ -10,7 +10,7 @@ import numpy as np
 
 from helpers.camera_builders import every_stage, small_camera
 from helpers.kernel_bench import Bench
-from helpers.lens_frame import LENS, depth_of
+from helpers.lens_frame import LENS, depth_of, with_accuracy
 from helpers.scene_builders import band_scene
 from simulator.device import devices, open_device
 from simulator.exposure.camera_motion import SteadyMotion
@@ -21,6 +21,7 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.exposure.vector_maps import VectorMap
+from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
@@ -192,14 +193,13 @@ def take_wide() -> None:
     print("done", devices()[0].name)
 
 
-def take_joint(lamp: float = 1.0) -> None:
+def take_joint(peak: float = 1.0) -> None:
     """Two layers that move apart behind a lens whose rims clip the pupil, and a map of distances behind a camera that moves.
 
-    lamp: light of a pixel in the middle of each surface, 1 for none.
+    peak: of `Accuracy`; from LAMP_PEAK on rows and places are those beside lamps.
     """
     rng, camera = np.random.default_rng(0), small_camera(30, 20, "RGGB")
     light = rng.random((20, 30, camera.channels)).astype(np.float32)
-    light[10, 15] *= lamp
     behind = {"coverage": rng.random((20, 30)).astype(np.float32), "behind": (Layer(light, 2.3),)}
     lens = ThinLens(50.0, 4.0, 2.0, vignetting=Vignetting(RoundStop(430.0, 10.2)))
     apart = Motion(layers={0: LayerMotion((Speed(5e3, "px/s"), Speed(-3e3, "px/s")))})
@@ -217,10 +217,9 @@ def take_joint(lamp: float = 1.0) -> None:
         (layers, by_rows),
         (turning, by_rows),
     ):
-        front = rng.random((20, 30, camera.channels))
-        front[10, 15] *= lamp
-        planned = plan(Shot(band_scene(front, depth_m, **rest), lens, exposure, camera, tolerance=10.0, motion=motion))
-        assert planned.optics.accuracy.has_lamps == (lamp > 1.0)
+        scene = band_scene(rng.random((20, 30, camera.channels)), depth_m, **rest)
+        planned = plan(Shot(scene, lens, exposure, camera, tolerance=10.0, motion=motion))
+        planned = with_accuracy(planned, Accuracy, peak=peak)
         assert planned.optics.joint is not None
         found.add(planned.optics.joint.cells(BLOCK_COLUMNS, BLOCK_ROWS).points)
         expose(planned, open_device())
@@ -376,5 +375,5 @@ if __name__ == "__main__":
         "joint": take_joint,
     }
     others |= {"spread": take_spread, "slabs": take_slabs, "vectors": take_vectors, "lamp": take_lamp, "lamps": take_lamps}
-    others |= {"far spread": take_far_spread, "columns": take_columns, "joint lamps": partial(take_joint, 1e4)}
+    others |= {"far spread": take_far_spread, "columns": take_columns, "joint lamps": partial(take_joint, LAMP_PEAK)}
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])
