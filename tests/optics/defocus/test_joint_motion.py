@@ -25,7 +25,6 @@ from simulator.optics.defocus.aperture_samples import move_samples
 from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.joint_motion import Cells
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
-from simulator.optics.passes import patch_windows
 from simulator.optics.passes.tile_plan import plan_tiles
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
@@ -188,18 +187,16 @@ def test_light_beside_a_lamp_is_not_below_that_of_the_scene(camera, way_px, poin
 
 
 @pytest.mark.parametrize("way_px", [(12.0, 9.0), (-12.0, -9.0)])
-def test_rows_beside_a_lamp_miss_nothing_that_lies_between_their_samples(way_px, monkeypatch):
-    """Few holes in the nearer layer: the bits do not depend on where patches end, in which they are looked up."""
-    case = bars_before_a_wall(-5.0, 0.0, rows=101)
-    case.coverage[0] = np.random.default_rng(5).random(case.coverage[0].shape) > 0.002
-    case.colour[0] = texture(np.random.default_rng(6), *case.coverage[0].shape) * case.coverage[0]
-    planned = moving_plan(case, None, (way_px, None), rolling(101, 1.0 / 256.0, 1.0))
+def test_rows_beside_a_lamp_miss_no_hole_that_lies_between_their_samples(way_px):
+    """Few holes in a layer before another of the same light: none is dark, since rows know of each that they read."""
+    case = bars_before_a_wall(-5.0, 0.0, rows=165)
+    case.coverage[0] = np.random.default_rng(8).random(case.coverage[0].shape) > 0.002
+    case.colour[0], case.colour[1] = case.coverage[0], 1.0
+    planned = moving_plan(case, None, (way_px, None), rolling(165, 1.0 / 256.0, 1.0))
     planned = with_accuracy(planned, Accuracy, peak=LAMP_PEAK)
     assert planned.optics.defocus.motion.cells(32, 8).points == "rows"
     found = moving_picture(case, planned)
-    monkeypatch.setattr(patch_windows, "PATCH_ROWS", 8)
-    monkeypatch.setattr(patch_windows, "WINDOW_ROWS", 2)
-    np.testing.assert_array_equal(moving_picture(case, planned), found)
+    assert found.min() > 1.0 - 1e-5 and found.max() < 1.0 + 1e-4
 
 
 def test_a_lamp_leaves_nothing_where_a_photosite_begins_its_sums():
