@@ -27,6 +27,7 @@ from audit.blur_laws import measure_laws
 from audit.chart import draw_chart
 from audit.costs import measure_cost, read_costs, show_costs
 from audit.drawn_shots import draw_shot
+from audit.limits import end_with_parent
 from audit.measured_shot import METHODS, TRUTH_S, Record, measure_shot
 from audit.records import append, read_numbers, read_records
 from audit.shot_truth import NoTruthError
@@ -60,7 +61,7 @@ def take_all(seed: int, numbers: list[int], jobs: int, truth_s: float | None, pa
                 append(path, take(seed, number, truth_s))
                 progress.advance(task)
             return
-        with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=end_with_parent) as pool:
             waiting: list[Future[dict]] = [pool.submit(take, seed, number, truth_s) for number in numbers]
             for done in as_completed(waiting):
                 append(path, done.result())

@@ -10,6 +10,7 @@ import numpy as np
 
 from audit.drawn_plans import draw_plan
 from audit.drawn_shots import DrawnShot
+from audit.limits import limited_time
 from audit.shot_truth import JUDGED, NoTruthError, find_truth, run, z_scores
 from simulator import load_shot
 from simulator.device import Device
@@ -19,6 +20,7 @@ from simulator.pipeline.stopwatch import Stopwatch
 
 TIGHTER = 1 / 3  # tolerance of the second shot, in that of the first
 TRUTH_S = 5.0  # processor time for the rays of a truth [s]
+MOST_TRUTH_S = 240.0  # processor time after which a truth is given up, whatever it is at [s]
 COSTLY_MS = 1500.0  # predicted time from which a shot is timed the first time, and has no random plan
 MOST_MS = 4000.0  # predicted time from which it is not taken
 CHECKED = 4  # one in so many shots that float64 knows has the reference path held against it
@@ -161,7 +163,8 @@ def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float 
     planned = measure(plan(shot), device)
     predicted, clamped = predicted_error(planned)
     stated = predicted if clamped else shot.tolerance
-    true = find_truth(shot, planned, stated, device, truth_s, is_checked=drawn.number % CHECKED == 0)
+    with limited_time(MOST_TRUTH_S, NoTruthError(f"its truth takes more than {MOST_TRUTH_S:g} s of processor time")):
+        true = find_truth(shot, planned, stated, device, truth_s, is_checked=drawn.number % CHECKED == 0)
     is_costly = planned.cost_ms() > COSTLY_MS
     if not is_costly:
         run(planned, shot, device)  # compiles the kernels
