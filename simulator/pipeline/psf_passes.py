@@ -49,12 +49,17 @@ def _transformed_psf(optics: OpticsPlan, psf: FieldPsf, places: str, error: floa
     """Pass of a PSF that the host transforms. error: predicted."""
     pixels = pixels_of(optics)
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
-    method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
+    method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}{_corrections(psf)}"
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
     cost = psf_cost.cost_ms(transformed_work(optics, psf))
     return Pass("point spread function", True, method, pixels, bytes_each * pixels, error, cost)
+
+
+def _corrections(psf: FieldPsf) -> str:
+    """What a method says of corrections to wave optics."""
+    return f", blur corrected to wave optics at {len(psf.corrected_px)} radii" if psf.corrected_px else ""
 
 
 def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, error: float | None) -> Pass:
@@ -65,8 +70,7 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, er
         method += f", from its row and column up to {core.arm_px} away"
     if core.has_tail:
         method += f", and from cells of {core.cell_px} x {core.cell_px} up to {psf.reach_px} photosites away"
-    if psf.corrected_px:
-        method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"
+    method += _corrections(psf)
     if psf.is_gathered_by_distance:
         method += f", {len(psf.radii_px)} slabs of blur radius"
     bytes_each = 4 + 4 * optics.channels * (not psf.by_distance)

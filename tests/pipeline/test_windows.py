@@ -17,6 +17,7 @@ ODD = {"x": 1023, "y": 637, "width": 131, "height": 5}  # begins and ends beside
 SHARE = WINDOW["width"] * WINDOW["height"] / (WIDTH * HEIGHT)
 FRAME = {"camera.window": {"x": 0, "y": 0, "width": WIDTH, "height": HEIGHT}}
 RIMS = {"front": {"distance": "30 mm", "diameter": "44 mm"}, "rear": {"distance": "20 mm", "diameter": "26 mm"}}
+FINE = {"camera.low_pass": "20 um", "tolerance": 0.002}  # kernels are too large to be gathered
 # The scene covers the whole sensor, of which the frame is a part.
 SHOTS = {
     "sharp, coarse scene": {"scene.depth": "2.5 m", "lens.focus_distance": "2.5 m"},
@@ -28,6 +29,7 @@ SHOTS = {
     "rims": {"lens.f_number": "f/2", "lens.vignetting": RIMS},
     "highlights": {"lens.f_number": "f/2.8", "scene.image": "lamps.exr"},
     "diffraction": {"lens.f_number": "f/11", "lens.diffraction": True},
+    "diffraction, by transforms": FINE | {"lens.f_number": "f/22", "lens.diffraction": True},
     "diffraction of a sharp scene": {"scene.depth": "2.5 m", "lens.diffraction": True},
 }
 

@@ -34,11 +34,9 @@ class GivenUpError(Exception):
 
 
 def test_work_ends_after_its_processor_time():
-    began_s = time.process_time()
     with pytest.raises(GivenUpError, match="too long"), limited_time(0.05, GivenUpError("too long")):
-        while time.process_time() - began_s < 5.0:
+        for _ in range(100_000):  # a second and more
             sum(range(1000))
-    assert time.process_time() - began_s < 1.0
     assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
 
 
@@ -66,8 +64,9 @@ def test_a_worker_ends_with_the_process_that_started_it(tmp_path):
     assert is_running(worker)
     parent.kill()
     parent.wait()
-    until_s = time.monotonic() + 10.0
-    while is_running(worker) and time.monotonic() < until_s:
+    for _ in range(500):
+        if not is_running(worker):
+            break
         time.sleep(0.02)
     ended = not is_running(worker)
     if not ended:

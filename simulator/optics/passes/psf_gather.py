@@ -143,10 +143,31 @@ def gather_psf(
     gathers = [BandGather(optics, psf, gather_kernels_of(psf, optics.channels), device, bands[0], source)]
     if blur is not None:
         first = BLUR_SHARE
-        corrections = corrections_of(psf, optics.channels)
-        if corrections:
-            sharp = _sharp_light(optics, blur, device, planes, bands[0])
-            gathers.insert(0, BandGather(optics, psf, corrections, device, bands[0], sharp))
+        gathers = [*_corrections(optics, psf, blur, device, planes, bands[0]), *gathers]
+    _gather_bands(device, gathers, bands, light, lambda share: progress(first + (1.0 - first) * share))
+    return light
+
+
+def gather_corrections(optics: OpticsPlan, blur: TilePlan, device: Device, planes: Sequence[Buffer]) -> Buffer | None:
+    """Device buffer (height, width) float32: what wave optics add to a geometric blur and a kernel in focus; None: nothing.
+
+    It may be negative. Arguments of `psf_mosaic`.
+    """
+    psf, frame = optics.psf, optics.window
+    assert psf is not None  # without it this pass does not run
+    bands = split_into_bands(frame, psf.gather_reach_px, psf.over)
+    gathers = _corrections(optics, psf, blur, device, planes, bands[0])
+    if not gathers:
+        return None
+    light = device.zeros((frame.height, frame.width), np.float32)
+    _gather_bands(device, gathers, bands, light, lambda _: None)
+    return light
+
+
+def _gather_bands(
+    device: Device, gathers: "Sequence[BandGather]", bands: Sequence[PsfBand], light: Buffer, progress: Callable[[float], None]
+) -> None:
+    """Add what all gather to the mosaic `light`, band by band."""
     for gather in gathers:
         gather.prepare(bands[0])
     wait_for_last: Callable[[], object] = device.finish
@@ -158,11 +179,10 @@ def gather_psf(
         wait_for_this = device.mark()
         if count > 0:
             wait_for_last()
-            progress(first + (1.0 - first) * count / len(bands))
+            progress(count / len(bands))
         wait_for_last = wait_for_this
     wait_for_last()
     progress(1.0)
-    return light
 
 
 def _source(
@@ -175,10 +195,17 @@ def _source(
     return BlurredLight(device, blur.optics.window, mosaics, colors)
 
 
-def _sharp_light(optics: OpticsPlan, blur: TilePlan, device: Device, planes: Sequence[Buffer], band: PsfBand) -> SharpLight:
+def _corrections(
+    optics: OpticsPlan, psf: FieldPsf, blur: TilePlan, device: Device, planes: Sequence[Buffer], band: PsfBand
+) -> "list[BandGather]":
+    """What gathers the corrections to wave optics from the sharp light of all layers; empty where nothing is corrected."""
+    kernels = corrections_of(psf, optics.channels)
+    if not kernels:
+        return []
     layers = len(planes) if optics.has_coverage else 1
     light = device.empty(band.layout.shape(layers * (optics.channels + optics.has_coverage)), np.float32)
-    return SharpLight(optics, device, planes, blur, light, device.empty(band.layout.shape(layers), np.float32))
+    radius = device.empty(band.layout.shape(layers), np.float32)
+    return [BandGather(optics, psf, kernels, device, band, SharpLight(optics, device, planes, blur, light, radius))]
 
 
 class BandGather:

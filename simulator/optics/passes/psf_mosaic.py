@@ -16,7 +16,7 @@ from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.defocused_mosaic import add_covariance, defocused_mosaics
 from simulator.optics.passes.lamp_pass import add_lamps, take_lamps
-from simulator.optics.passes.psf_gather import gather_psf
+from simulator.optics.passes.psf_gather import gather_corrections, gather_psf
 from simulator.optics.passes.psf_slabs import gather_slabs
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
@@ -89,20 +89,24 @@ def _spread_mosaic(
     if optics.defocus is not None and not psf.by_distance:
         first = BLUR_SHARE
         surfaces = _BlurredFrame(optics, blur, device, planes, lambda share: progress(BLUR_SHARE * share)).crop
-    result = np.empty((frame.height, frame.width), np.float32)
+    corrections = None if blur is None else gather_corrections(optics, blur, device, planes)
+    result = np.zeros((frame.height, frame.width), np.float32)
+    if corrections is not None:
+        result = device.download(corrections, result.shape, np.float32)
     for count, tile in enumerate(tiles):
         layers = surfaces(pad_tile(tile, psf.reach_px))
         for channel in optics.cfa.colors:
             light = _composite_layers(optics, layers, tile, spectra, channel)
-            _copy_to_photosites(result, light, tile, frame, [(y, x) for y in (0, 1) for x in (0, 1) if block[y][x] == channel])
+            _add_to_photosites(result, light, tile, frame, [(y, x) for y in (0, 1) for x in (0, 1) if block[y][x] == channel])
         progress(first + (1.0 - first) * (count + 1) / len(tiles))
     return device.upload(result)
 
 
-def _copy_to_photosites(
-    result: np.ndarray, light: np.ndarray, tile: Tile, frame: Window, places: list[tuple[int, int]]
-) -> None:
-    """Write a tile's light of one colour to the photosites of that colour, at these places of the 2 x 2 block of the filter."""
+def _add_to_photosites(result: np.ndarray, light: np.ndarray, tile: Tile, frame: Window, places: list[tuple[int, int]]) -> None:
+    """Add a tile's light of one colour to the photosites of that colour, at these places of the 2 x 2 block of the filter.
+
+    Below 0 it is none.
+    """
     top, left = max(tile.rows.start, frame.y), max(tile.columns.start, frame.x)
     bottom, right = min(tile.rows.stop, frame.y + frame.height), min(tile.columns.stop, frame.x + frame.width)
     for y, x in places:
@@ -111,7 +115,7 @@ def _copy_to_photosites(
         own = light[row - tile.rows.start : bottom - tile.rows.start : 2, column - tile.columns.start :][
             :, : right - column : 2
         ]
-        np.maximum(own, 0.0, out=into, casting="same_kind")
+        np.maximum(own + into, 0.0, out=into, casting="same_kind")
 
 
 class _BlurredFrame:

@@ -24,6 +24,8 @@ def read_areas(optics: OpticsPlan, tiles: TilePlan | None) -> list[tuple[Project
 
         width, height = psf.sensor_px
         window = bound_tiles(split_into_tiles(psf.x_px, psf.y_px, (height, width)), psf.reach_px, optics.window)
+        if psf.corrected_px:
+            areas.append((optics.projection, read_by_bands(optics.window, psf.gather_reach_px, psf.over)))
     return [*areas, (optics.projection, window)]
 
 

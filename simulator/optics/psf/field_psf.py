@@ -126,11 +126,10 @@ class FieldPsf:
 
     @property
     def gather_reach_px(self) -> int:
-        """Margin that a gather with core and tail needs [photosites]."""
-        assert self.core is not None  # else it is convolved by transforms
-        own, cell_px = self.core.arm_px, self.core.cell_px
-        if self.core.has_tail:
-            own = max(own, cell_px * (tail_reach(self.reach_px, cell_px) + 2))
+        """Margin that a gather with core, tail and corrections needs [photosites]; without a core that of corrections."""
+        own = 0 if self.core is None else self.core.arm_px
+        if self.core is not None and self.core.has_tail:
+            own = max(own, self.core.cell_px * (tail_reach(self.reach_px, self.core.cell_px) + 2))
         return max(own, *(correction_reach_px(radius) for radius in self.corrected_px), 0)
 
     @cached_property

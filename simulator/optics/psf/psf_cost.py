@@ -38,10 +38,16 @@ def cost_ms(work: Mapping[str, float]) -> float:
 def gather_work(psf: FieldPsf, pixels: int) -> Work:
     """Return the work of photosites, those of whole tiles, whose light the device gathers; without that of its samples."""
     extra = float(bool(psf.corrected_px) or psf.is_gathered_by_distance)
-    found = {"gathers": 1.0, "corrections": extra, "light": float(pixels), "taps": pixels * gathered_samples(psf)}
+    taps = gathered_samples(psf) + correction_samples(psf)
+    found = {"gathers": 1.0, "corrections": extra, "light": float(pixels), "taps": pixels * taps}
     if psf.core is not None and psf.is_gathered_by_distance:
         found["distance taps"] = pixels * reaching_kernels(psf) * (2 * psf.core.reach_px + 1) ** 2
     return found
+
+
+def correction_work(psf: FieldPsf, pixels: int) -> Work:
+    """Return the work of corrections to wave optics alone, as `gather_work`."""
+    return {"gathers": 1.0, "corrections": 1.0, "light": float(pixels), "taps": pixels * correction_samples(psf)}
 
 
 def transform_work(psf: FieldPsf, width_px: int, height_px: int, channels: int) -> Work:
@@ -59,7 +65,7 @@ def lamp_work(psf: FieldPsf, projection: Projection, lamps: Lamps, channels: int
 
 
 def gathered_samples(psf: FieldPsf) -> float:
-    """Return how many samples of light a photosite gathers through the kernels of a PSF with a core, but those by distance."""
+    """Return how many samples of light a photosite gathers through core, arms and tail of a PSF; 0 of kernels by distance."""
     core = psf.core
     assert core is not None  # else the host transforms the light
     taps = 0.0 if psf.is_gathered_by_distance else float((psf.over * (2 * core.reach_px + 1)) ** 2)
@@ -67,10 +73,13 @@ def gathered_samples(psf: FieldPsf) -> float:
         taps += 4 * core.arm_px
     if core.has_tail:
         taps += 32 * (psf.reach_px / core.cell_px**2) ** 2
-    taps *= 4 if psf.nodes != (1, 1) else 1
-    if psf.corrected_px:
-        taps += 2 * (2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1) ** 2
-    return taps
+    return taps * (4 if psf.nodes != (1, 1) else 1)
+
+
+def correction_samples(psf: FieldPsf) -> float:
+    """Return how many samples of light a photosite gathers for corrections to wave optics: a blur radius lies between two."""
+    reach_px = (correction_reach_px(radius) for radius in psf.corrected_px)
+    return max((2.0 * (2 * reach + 1) ** 2 for reach in reach_px), default=0.0)
 
 
 def reaching_kernels(psf: FieldPsf) -> float:

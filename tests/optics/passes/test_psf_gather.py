@@ -35,17 +35,18 @@ def test_light_is_convolved_with_the_exact_kernel_to_a_tenth_of_the_noise(name):
 
 
 @pytest.mark.parametrize(
-    ("f_number", "radius_px"),
+    ("f_number", "radius_px", "tolerance"),
     [
-        (8.0, 0.7),
-        pytest.param(8.0, 0.85, marks=pytest.mark.slow),
-        (8.0, 2.2),
-        pytest.param(8.0, -3.0, marks=pytest.mark.slow),
-        (8.0, -7.3),
-        (2.0, 1.6),
+        (8.0, 0.7, 0.1),
+        pytest.param(8.0, 0.85, 0.1, marks=pytest.mark.slow),
+        (8.0, 2.2, 0.1),
+        pytest.param(8.0, -3.0, 0.1, marks=pytest.mark.slow),
+        (8.0, -7.3, 0.1),
+        (2.0, 1.6, 0.1),
+        (22.0, 2.2, 0.003),  # no core is small enough: the host transforms the light, and the device adds the corrections
     ],
 )
-def test_a_geometric_blur_is_corrected_to_wave_optics(f_number, radius_px):
+def test_a_geometric_blur_is_corrected_to_wave_optics(f_number, radius_px, tolerance):
     """A wall of which half is out of focus, with light between 0.4 and 1: the kernel of wave optics, away from the step.
 
     What is left is the interpolation between the radii of the blur and of its corrections, and what they cut off.
@@ -55,9 +56,9 @@ def test_a_geometric_blur_is_corrected_to_wave_optics(f_number, radius_px):
     per_dioptre = float(through.blur_radius_um(math.inf) - through.blur_radius_um(1.0)) / PITCH_UM
     depth = np.full((SIDE, SIDE), 2.0, np.float32)
     depth[:, : SIDE // 2] = 1.0 / (0.5 - radius_px / per_dioptre)
-    shot = shot_of(planes, through, depth)
+    shot = dataclasses.replace(shot_of(planes, through, depth), tolerance=tolerance)
     psf = plan(shot).optics.psf
-    assert psf.corrected_px and not psf.by_distance
+    assert psf.corrected_px and not psf.by_distance and (psf.core is None) == (tolerance < 0.01)
     exact = psf.at_radius(radius_px).kernel(0, 0, False, 0, 0)[0]
     apart = 24 + round(4.0 * abs(radius_px))  # nearer, rays through points of the aperture make the blur
     left, right = slice(0, SIDE // 2 - apart), slice(SIDE // 2 + apart, SIDE)
