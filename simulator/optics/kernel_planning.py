@@ -15,20 +15,42 @@ from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
+from simulator.optics.psf.filtered_layers import filtered_layers_error
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.psf.left_out_blur import left_out_error
 from simulator.optics.psf.psf_errors import focus_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
+from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
 
 def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None, draws_lamps: bool) -> OpticsPlan:
-    """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
-    projection = planned.projection
+    """Return the plan with the point spread function, unless its effect is invisible at every ISO.
+
+    Kernels by distance hold a low-pass filter. Where its spots see layers apart by more than is allowed, and on the reference
+    path, each spot has an image of its own instead.
+    """
+    projection, camera = planned.projection, sensor.camera
     if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprint is not None:
         return _without_kernels(planned, lens, sensor)  # the scene is integrated over the open area of each photosite
+    found = _with_kernels(planned, lens, sensor, camera, floor, draws_lamps)
+    if not camera.low_pass_um or found.defocus is None or found.psf is None or not found.psf.by_distance:
+        return found
+    apart_px = camera.low_pass_um / camera.pixel_pitch_um
+    to_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons * planned.weights
+    error = filtered_layers_error(planned.scene, to_share, found.defocus, apart_px) if planned.scene.behind else 0.0
+    if error <= planned.accuracy.allowed and (error == 0.0 or planned.accuracy.tolerance):
+        return replace(found, spots_error=error)
+    at_spots = replace(planned, projection=replace(projection, low_pass_px=apart_px))
+    return _with_kernels(at_spots, lens, sensor, replace(camera, low_pass_um=0.0), floor, draws_lamps)
+
+
+def _with_kernels(
+    planned: OpticsPlan, lens: Lens, sensor: SensorPlan, camera: Camera, floor: NoiseFloor | None, draws_lamps: bool
+) -> OpticsPlan:
+    """Return the plan with the point spread function of the lens and this camera."""
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
     contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
@@ -37,7 +59,7 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     per_radiance = electrons_per_radiance(lens, sensor)
     psf, skipped, lamps = plan_visible_psf(
         lens,
-        sensor.camera,
+        camera,
         planned.scene,
         planned.weights,
         planned.defocus,

@@ -63,7 +63,8 @@ class OpticsPlan:
     tolerance: of all approximations together [standard deviations of the noise]; 0: the reference path. `accuracy` has that for
         which each of them is planned.
     lamps: pixels of the scene that are drawn by themselves behind the PSF; None: none are. lamp_error: of those that are not,
-        as a share of the brightest light. focus_error: of kernels at `focus_px` alone, the same.
+        as a share of the brightest light. focus_error: of kernels at `focus_px` alone, the same. spots_error: of kernels that
+        hold a low-pass filter, the same.
     moved_radii: of the maps of blur radii, where they lie on another grid than the light; None: they lie on the scene's.
     motion_skipped: why motion is left out, with its predicted error; None: it is not.
     """
@@ -96,6 +97,7 @@ class OpticsPlan:
     lamps: "Lamps | None" = None
     lamp_error: float = 0.0
     focus_error: float = 0.0
+    spots_error: float = 0.0
 
     @property
     def radius_projection(self) -> Projection:
@@ -405,8 +407,8 @@ class OpticsPlan:
 
     @property
     def sees_spots(self) -> bool:
-        """Whether the image is the mean of those of a low-pass filter's four spots, which are sharp."""
-        return self.projection.low_pass_px > 0.0 and self.defocus is None
+        """Whether the image is the mean of those of a low-pass filter's four spots, which are sharp or behind kernels."""
+        return self.projection.low_pass_px > 0.0 and (self.defocus is None or self.psf is not None)
 
     def at_spots(self) -> list[Self]:
         """Return the plans of the images that a low-pass filter's four spots show, of each spot alone."""

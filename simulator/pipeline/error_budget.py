@@ -121,6 +121,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
             optics.sampling_error,
             optics.lamp_error,
             left_out=optics.focus_error,
+            spots_error=optics.spots_error,
             is_fine=optics.projection.is_fine,
         )
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -41,6 +41,9 @@ from simulator.sensor.readout import (
     share_with_neighbors,
 )
 from simulator.sensor.sensor_plan import SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.passes.tile_plan import TilePlan
 
 
 def execute(
@@ -238,7 +241,7 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     else:
 
         def image(own: OpticsPlan) -> Buffer:
-            return still_mosaic(own, tiles, device, planes, progress)
+            return still_mosaic(own, _tiles_at(own, tiles, device), device, planes, progress)
 
     def through_filter(own: OpticsPlan) -> Buffer:
         return mean_of_spots(own, device, image) if own.sees_spots else image(own)
@@ -255,6 +258,15 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
         with timed("optical black", device):
             darken_optical_black(device, mosaic, optics.window, layout.active)
     return mosaic
+
+
+def _tiles_at(optics: OpticsPlan, tiles: "TilePlan | None", device: Device) -> "TilePlan | None":
+    """Return the methods of tiles: those that are chosen, or of optics that see the scene from a spot of a low-pass filter."""
+    if tiles is None or optics.projection is tiles.optics.projection:
+        return tiles
+    from simulator.optics.passes.tile_plan import plan_tiles  # not needed without a blur
+
+    return plan_tiles(optics, device)
 
 
 def _read_areas(planned: Plan, device: Device) -> list[tuple[Projection, Window]]:

@@ -102,7 +102,7 @@ def passes_of(
     budget = error_budget(optics)
     projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget, tiles))
     motion = _by_spot(_motion(optics, still, budget), optics)
-    projection = _by_spot(projection, optics)
+    projection, psf = _by_spot(projection, optics), _by_spot(psf, optics)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
         assert optics.motion is not None and optics.motion.blur is not None  # what is swept is blurred
@@ -335,7 +335,7 @@ def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
 
 
 def _by_spot(one: Pass, optics: OpticsPlan) -> Pass:
-    """Return a pass of a sharp image that runs once for each spot of a low-pass filter."""
+    """Return a pass of an image that runs once for each spot of a low-pass filter."""
     if not (one.kept and optics.sees_spots):
         return one
     count, scratch = len(optics.projection.spots), one.scratch_bytes + 4 * pixels_of(optics)

@@ -198,7 +198,7 @@ def _least_around(scene: Scene, to_share: np.ndarray, scale: float, row: int, co
         np.clip(np.arange(middle - reach, middle + reach + 1), 0, length - 1)
         for middle, length in zip((row, column), size, strict=True)
     )
-    light = composite([_at(layer, np.ix_(down, right), to_share) for layer in scene.layers])
+    light = composite([layer_at(layer, np.ix_(down, right), to_share) for layer in scene.layers])
     is_lamp = light >= LAMP
     if is_lamp.all():
         return 1.0
@@ -241,7 +241,7 @@ def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
         return window_mean(light, side, axes=(axis,)).take(range(first, first + count), axis)
 
     def crossing(place: tuple[slice, slice]) -> np.ndarray:
-        light = np.minimum(composite([_at(layer, place, to_share) for layer in scene.layers]), LAMP)
+        light = np.minimum(composite([layer_at(layer, place, to_share) for layer in scene.layers]), LAMP)
         if min(light.shape[:2]) < side + 2:
             return np.zeros(0)
         means = over_side(over_side(light, 0), 1)[1:-1, 1:-1]
@@ -249,7 +249,7 @@ def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
         gained = across[:, side:] - across[:, :-side] + down[side:] - down[:-side]
         return seen_contrast(BESIDE * np.abs(gained), means, defocus.accuracy).ravel()
 
-    found = np.concatenate(in_threads(crossing, _parts(scene, defocus.scale)))
+    found = np.concatenate(in_threads(crossing, parts_of(scene, defocus.scale)))
     return float(np.quantile(found, MOST)) if found.size else 0.0
 
 
@@ -320,8 +320,8 @@ def _bends_of_squares(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> f
 
 def _bends_of_parts(scene: Scene, to_share: np.ndarray, defocus: Defocus, radius_px: float, side: int = 1) -> float:
     """Quantile MOST of `_bends_behind` a circle, of parts of a scene, of means over squares of so many pixels."""
-    behind, places = disk_weights(min(radius_px, WIDEST_END_PX)), _parts(scene, defocus.scale)
-    lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in places]
+    behind, places = disk_weights(min(radius_px, WIDEST_END_PX)), parts_of(scene, defocus.scale)
+    lights = [composite([layer_at(layer, place, to_share) for layer in scene.layers]) for place in places]
     lights = [window_mean(light, side, "nearest") for light in lights]
     return float(np.quantile(np.concatenate([_bends_behind(light, behind, defocus).ravel() for light in lights]), MOST))
 
@@ -334,7 +334,9 @@ def _ends_between_pixels(scene: Scene, to_share: np.ndarray, defocus: Defocus, r
     What cells leave themselves in the light that these are held against is as much, of their own size.
     """
     radii_px = [radius_px, *(one for one in WIDENED_PX if radius_px < one < defocus.largest_px)]
-    lights = [composite([_at(layer, place, to_share) for layer in scene.layers]) for place in _parts(scene, defocus.scale)]
+    lights = [
+        composite([layer_at(layer, place, to_share) for layer in scene.layers]) for place in parts_of(scene, defocus.scale)
+    ]
     cases = [(light, min(one, WIDEST_END_PX)) for one in radii_px for light in lights]
     left = in_threads(lambda case: _left_of_circle(*case, defocus).ravel(), cases)
     of_radii = [np.concatenate(left[first : first + len(lights)]) for first in range(0, len(left), len(lights))]
@@ -393,7 +395,7 @@ def _pixel_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: 
     return max(own[0] for own in left), max(map(max, left))
 
 
-def _parts(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
+def parts_of(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
     """Return squares of PART_PX photosites of a scene, all of a small one."""
     side = max(math.ceil(PART_PX * scale), 2)
     tops, lefts = (
@@ -407,8 +409,8 @@ def _bent(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
     is_moved, found = bool(defocus.gathers_scene(np.zeros(1), np.zeros(1)).any()), [np.zeros(1)]
     for layer, radius in zip(scene.layers, defocus.radii_px, strict=False):
         if isinstance(radius, np.ndarray):
-            for place in _parts(scene, defocus.scale):
-                light, _ = _at(layer, place, to_share)
+            for place in parts_of(scene, defocus.scale):
+                light, _ = layer_at(layer, place, to_share)
                 own = bent_error(light, radius[place], defocus.scale, defocus.accuracy, is_moved=is_moved)
                 found.append(own.ravel())
     return float(np.quantile(np.concatenate(found), MOST))
@@ -455,7 +457,7 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     high = min(4 * side, size)
     bands = np.linspace(0, size - high, max(1, min(MOST_EDGES // (high * columns), -(-size // high)))).astype(int)
     places = bands[:, None] + np.arange(high)
-    layers, found = [_at(layer, (places,), to_share) for layer in scene.layers], np.zeros(len(LITS))
+    layers, found = [layer_at(layer, (places,), to_share) for layer in scene.layers], np.zeros(len(LITS))
     for number in range(min(len(layers), 2)):
         light = composite(layers[number:])  # (bands, rows, columns, channels)
         mean = window_mean(light, side, "nearest", axes=(1, 2))
@@ -476,6 +478,6 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     return tuple(found.tolist())
 
 
-def _at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+def layer_at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """Light, that of lamps left out, and coverage of a layer at some of its pixels."""
     return np.minimum(layer.planes[place] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[place]

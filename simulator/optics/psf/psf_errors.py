@@ -39,6 +39,7 @@ def psf_errors(
     lamp_error: float = 0.0,
     *,
     left_out: float = 0.0,
+    spots_error: float = 0.0,
     is_fine: bool = False,
 ) -> list[ErrorTerm]:
     """Return the errors of a kernel, of the light that it is applied to, or of leaving it out.
@@ -46,7 +47,8 @@ def psf_errors(
     skipped: why there is none; None: there is one. smallest_px: radius of the smallest blur circle, of a geometric blur that
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
     sampling_error: of the light that kernels by distance are applied to, the same. lamp_error: of `undrawn_error`.
-    left_out: of `focus_error`. is_fine: whether the scene has more than a pixel per photosite.
+    left_out: of `focus_error`. spots_error: of `filtered_layers_error`.
+    is_fine: whether the scene has more than a pixel per photosite.
     """
     if skipped is not None:
         return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER, falls=True)]
@@ -73,6 +75,9 @@ def psf_errors(
         if not is_fine:
             cause = f"{psf.over} x {psf.over} samples of light per photosite, within which it bends"
         found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(sampling_error), DIVIDED))
+    if spots_error > 0.0:
+        cause = "means of layers over the spots of a low-pass filter"
+        found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(spots_error), TIGHTER, falls=True))
     if lamp_error > 0.0:
         found.append(
             ErrorTerm(PSF, "lamps that go through samples of light with the rest", accuracy.in_sigma(lamp_error), DRAWN)

@@ -1,0 +1,81 @@
+"""Layers that a low-pass filter sees apart have an image for each of its spots; means over the spots are told of elsewhere."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from helpers.green_frames import PITCH_UM
+from helpers.lens_error import statistics, z_scores
+from helpers.psf_frames import BRIGHTEST_E, shot_of
+from helpers.scene_builders import FixedScene
+from scipy.ndimage import shift
+from scipy.signal import fftconvolve
+
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
+from simulator.pipeline.planner import plan
+from simulator.pipeline.simulate import simulate
+from simulator.scene.scene import Layer
+
+SIDE, SHOWN = 160, slice(32, 128)
+NEAR_PX, APART_PX = 0.9, 2.0  # blur radius of the nearer layer; distance of the spots, two pixels
+LENS = ThinLens(50.0, 4.0, 2.0, cos4=False, aberrations=Aberrations(spherical_um=0.2))
+
+
+def holes(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coverage and light of a layer of random holes, and light of what is behind it: random, or even."""
+    rng = np.random.default_rng(5)
+    cover = (rng.random((SIDE, SIDE)) < 0.5).astype(np.float64)
+    behind = 0.2 + 0.8 * rng.random((SIDE, SIDE)) if kind == "random" else np.full((SIDE, SIDE), 0.6)
+    return cover, cover * (0.2 + 0.8 * rng.random((SIDE, SIDE))), behind
+
+
+def layered_shot(kind: str, apart_px: float = APART_PX):
+    cover, front, behind = holes(kind)
+    per_dioptre = float(LENS.blur_radius_um(math.inf) - LENS.blur_radius_um(1.0)) / PITCH_UM
+    shot = shot_of(behind, LENS, 2.0, low_pass_um=apart_px * PITCH_UM)
+    wall = shot.scene.load()
+    near = Layer(wall.planes, wall.depth_m)
+    scene = dataclasses.replace(
+        wall,
+        planes=front[..., None].astype(np.float32),
+        depth_m=1.0 / (0.5 - -NEAR_PX / per_dioptre),
+        coverage=cover.astype(np.float32),
+        behind=(near,),
+    )
+    return dataclasses.replace(shot, scene=FixedScene(scene))
+
+
+def seen_through_spots(kind: str, kernels: list[np.ndarray]) -> np.ndarray:
+    """Mean over the spots of the layers behind the lens, in float64. kernels: of the nearer and of the farther layer."""
+    cover, front, behind = holes(kind)
+    cover, front = (
+        fftconvolve(np.pad(one, 48, mode="edge"), kernels[0], mode="same")[48:-48, 48:-48] for one in (cover, front)
+    )
+    behind = fftconvolve(np.pad(behind, 48, mode="edge"), kernels[1], mode="same")[48:-48, 48:-48]
+    image = front + (1.0 - cover) * behind
+    away = round(0.5 * APART_PX)
+    spots = itertools.product((-away, away), repeat=2)
+    return np.mean([shift(image, spot, order=0, mode="nearest") for spot in spots], axis=0)
+
+
+@pytest.mark.parametrize(("tolerance", "allowed"), [(0.03, 0.1), (0.0, 1e-4)])
+def test_each_spot_of_a_filter_sees_layers_of_its_own(tolerance, allowed):
+    """Kernels that hold the filter left 4.5 sigma, at any tolerance."""
+    shot = dataclasses.replace(layered_shot("random"), tolerance=tolerance)
+    optics = plan(shot).optics
+    assert optics.psf.by_distance and optics.sees_spots and optics.psf.sampling.low_pass_um == 0.0
+    at = (dataclasses.replace(optics.psf, radii_px=(float(one),), core=None, seen=None) for one in optics.defocus.radii_px)
+    kernels = [one.kernel(0, 0, False, 0, 0)[0] for one in at]
+    truth = seen_through_spots("random", kernels)[SHOWN, SHOWN]
+    found = simulate(shot).mean_electrons.astype(np.float64)[SHOWN, SHOWN]
+    scale = found.sum() / truth.sum() / BRIGHTEST_E
+    assert statistics(z_scores(found / (scale * BRIGHTEST_E), truth, BRIGHTEST_E)).p99_9 < allowed
+
+
+def test_kernels_hold_the_filter_where_layers_do_not_differ_over_its_spots():
+    optics = plan(layered_shot("even")).optics
+    assert optics.psf.by_distance and not optics.sees_spots and optics.psf.sampling.low_pass_um > 0.0
+    assert optics.spots_error < optics.accuracy.allowed
