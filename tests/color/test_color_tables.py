@@ -51,7 +51,10 @@ def test_the_patches_and_the_reflectances_of_srgb_are_those_of_colour_science():
 CAMERAS = {name: key for key, _, names, *_ in read_rows(color_tables.FORWARD_MATRICES)[1:] for name in names.split()}
 
 
-@pytest.mark.parametrize("name", CAMERAS)
+FEW = {"nikon_d850", "imx385", "raspberry_pi_hq", "sony_a7s2"}
+
+
+@pytest.mark.parametrize("name", [name if name in FEW else pytest.param(name, marks=pytest.mark.slow) for name in CAMERAS])
 def test_the_forward_matrices_of_the_library_are_those_that_a_search_finds(name):
     response = load_camera(name).response
     curves = response.wavelengths_nm, response.quantum_efficiency

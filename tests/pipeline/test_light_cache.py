@@ -160,7 +160,7 @@ OTHER_CHANGES = {
 }
 
 
-@pytest.mark.parametrize("is_sharp", [True, False])
+@pytest.mark.parametrize("is_sharp", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_shots_with_equal_keys_have_the_same_light(picture, is_sharp):
     assert set(SENSOR_CHANGES) == SENSOR_ONLY
     base = shot_of(picture, is_sharp)

@@ -94,7 +94,9 @@ def spoil_memory(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(Device, "empty", spoilt)
 
 
-@pytest.mark.parametrize("name", SHOTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if "transforms" in name else []) for name in SHOTS]
+)
 def test_a_window_reads_nothing_that_was_not_computed_for_it(picture, name, monkeypatch):
     whole = simulate(shot(picture, SHOTS[name], FRAME))
     spoil_memory(monkeypatch)

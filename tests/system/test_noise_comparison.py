@@ -32,6 +32,7 @@ def test_noise_of_data_sets_is_the_published_one(device):
     accept({(iso, name): finding.p_value for iso, by_name in found.items() for name, finding in by_name.items()})
 
 
+@pytest.mark.slow
 def test_a_classifier_cannot_tell_data_sets_from_the_published_model_but_gaussian_noise(device):
     told = classified(device, 600)
     assert told["Photosite"].p_value > SIGNIFICANCE

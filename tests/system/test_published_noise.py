@@ -25,7 +25,7 @@ def test_the_two_published_widths_of_the_read_noise_agree_within_1_2_percent():
         assert published.with_gaussian_width().read_noise_dn == pytest.approx(published.gaussian_dn, rel=1e-12)
 
 
-@pytest.mark.parametrize("iso, mean_e", [(50, 0.0), (1600, 0.0), (1600, 3.0), (6400, 3.0)])
+@pytest.mark.parametrize("iso, mean_e", [(50, 0.0), (1600, 0.0), (1600, 3.0), pytest.param(6400, 3.0, marks=pytest.mark.slow)])
 def test_probabilities_of_codes_have_the_moments_of_the_model(iso, mean_e):
     published = SONY_A7S2[iso]
     codes = np.arange(BLACK_DN - 200, BLACK_DN + 400)

@@ -67,7 +67,7 @@ NO_PEDESTAL = Case(1e-12, 0.0, 1e-6, 25, 1000.0, 8, 0.0, 1000.0, 1000.0, 1.0, 0.
 @example(BRIGHTEST)
 @example(NO_PEDESTAL)
 @given(cases())
-@QUICK
+@FEW
 def test_every_code_lies_where_its_mean_and_noise_allow(case):
     check_noisy(case)
 

@@ -167,7 +167,11 @@ def corrected(picture, coefficients, centre) -> np.ndarray:
     return map_coordinates(picture, (there_y, there_x), order=3, mode="nearest")
 
 
-@pytest.mark.parametrize(("name", "window"), [*((name, None) for name in LENSES), ("barrel", Window(40, 30, 250, 180))])
+PART = "barrel", Window(40, 30, 250, 180)
+OPCODES = [pytest.param(name, None, marks=[pytest.mark.slow] if name == "pincushion" else []) for name in LENSES]
+
+
+@pytest.mark.parametrize(("name", "window"), [*OPCODES, PART])
 def test_the_opcode_of_the_dng_undoes_the_distortion(name, window):
     """Every colour of the distorted dots, corrected by the file's own opcode, lies on the undistorted grid to 0.05 px."""
     planes, x, y = point_grid()

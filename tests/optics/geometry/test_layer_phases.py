@@ -43,7 +43,11 @@ SCALED = [(s, ((9.3, 3.1), (-4.2, 6.7))) for s in (0.4, 0.75, 1.3, 1.5, 2.0)]
 SCALED += [(0.75, ((0.4, 6.0), None)), (1.3, ((3.6, -4.8), None)), (1.3, ((0.0, 7.0), (5.0, 0.0)))]
 
 
-@pytest.mark.parametrize(("scale", "ways_px"), SCALED)
+FEW = 0, 2, 4, 6  # fewer pixels than photosites, more, and whole numbers of them; what is at rest behind
+WAYS = [pytest.param(*one, marks=[] if number in FEW else [pytest.mark.slow]) for number, one in enumerate(SCALED)]
+
+
+@pytest.mark.parametrize(("scale", "ways_px"), WAYS)
 def test_layers_of_another_scale_are_averaged_between_photosites_within_the_predicted_error(scale, ways_px):
     shot = scaled_shot(scale, ways_px)
     planned = plan_moving(shot)

@@ -75,7 +75,7 @@ def truth_of(planned: Plan, planes: np.ndarray) -> np.ndarray:
     [
         (8.0, {}, 1.0, 0.0),
         (5.6, {"low_pass_um": 4.0}, 1.0, 1e-3),
-        (8.0, {"fill_factor": 0.6}, 3.0, 0.0),
+        pytest.param(8.0, {"fill_factor": 0.6}, 3.0, 0.0, marks=pytest.mark.slow),
         (8.0, {}, 1.375, 0.0),
         (8.0, {}, 0.5, 0.0),
     ],

@@ -74,7 +74,10 @@ def turned_truth(picture: np.ndarray, scale: float, fill_factor: float, line_s: 
 
 
 @pytest.mark.parametrize("line_s", [0.0, LINE_S])
-@pytest.mark.parametrize(("scale", "fill_factor"), [(2.0, 1.0), (1.5, 0.64), (1.0, 1.0), (1.0, 0.64), (0.5, 0.64)])
+@pytest.mark.parametrize(
+    ("scale", "fill_factor"),
+    [(2.0, 1.0), (1.0, 0.64), (0.5, 0.64), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((1.5, 0.64), (1.0, 1.0)))],
+)
 def test_photosites_see_through_each_spot_what_is_there_at_their_own_time(scale, fill_factor, line_s):
     """A camera that rolls, at once and row by row, before scenes of more and fewer pixels than photosites."""
     picture = picture_of(scale)

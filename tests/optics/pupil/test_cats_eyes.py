@@ -220,7 +220,10 @@ def test_the_reference_path_sees_the_same_cats_eyes(bench, radii):
         assert np.abs(z_scores(bench.device.download(height, (80, 96), np.float32), expected, 2000.0)).max() < 0.1
 
 
-@pytest.mark.parametrize(("tolerance", "frame"), [(0.1, Window(1040, 660, 90, 80)), (0.0, Window(1070, 684, 40, 34))])
+@pytest.mark.parametrize(
+    ("tolerance", "frame"),
+    [(0.1, Window(1040, 660, 90, 80)), pytest.param(0.0, Window(1070, 684, 40, 34), marks=pytest.mark.slow)],
+)
 def test_the_spots_of_small_lights_beside_an_edge_are_cut_too(tolerance, frame):
     """Lights leave what points of the aperture or rays sample: the spot of the light's field, behind a near half-plane."""
     light, edge, near_px, far_px = (700, 1090), 1080, -6.0, 7.0
@@ -250,7 +253,7 @@ def test_the_spots_of_small_lights_beside_an_edge_are_cut_too(tolerance, frame):
     assert mosaics[0].sum() - mosaics[1].sum() == pytest.approx(spots[0].sum(), rel=0.01)
 
 
-@pytest.mark.parametrize("aperture", [None, Aperture(6, 20.0, 0.5)])
+@pytest.mark.parametrize("aperture", [None, pytest.param(Aperture(6, 20.0, 0.5), marks=pytest.mark.slow)])
 def test_a_flat_field_keeps_its_fall_off_and_a_crop_its_bits(aperture):
     """Under a rough depth map: every method and zone; the blur adds nothing to what the irradiance stage says."""
     rng = np.random.default_rng(8)

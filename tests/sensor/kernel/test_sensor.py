@@ -46,13 +46,14 @@ def test_a_crop_is_the_part_of_the_whole(bench):
     assert np.array_equal(bench.sensor(picture()[41:90, 377:1001], *EVERYTHING, x=377, y=41), whole[41:90, 377:1001])
 
 
-def test_every_device_gives_the_same_bits(bench):
+@pytest.mark.parametrize("few_px", [pytest.param(0, marks=pytest.mark.slow), 2**16])
+def test_every_device_gives_the_same_bits(bench, few_px):
     """All OpenCL devices here; with one device this compares it with itself and still checks that runs repeat."""
     light = picture(48)  # few photosites, for which the first device takes no vectors
     expected = bench.sensor(light, *EVERYTHING, gain=0.7, black=300.0)
     for info in devices():
         other = type(bench)(open_device(info.label))
-        assert np.array_equal(other.sensor(light, *EVERYTHING, gain=0.7, black=300.0, few_px=0), expected), info.label
+        assert np.array_equal(other.sensor(light, *EVERYTHING, gain=0.7, black=300.0, few_px=few_px), expected), info.label
 
 
 def test_frames_of_any_size_and_place_are_covered(bench):
