@@ -41,10 +41,12 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     apart_px = camera.low_pass_um / camera.pixel_pitch_um
     to_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons * planned.weights
     error = filtered_layers_error(planned.scene, to_share, found.defocus, apart_px) if planned.scene.behind else 0.0
-    if error <= planned.accuracy.allowed and (error == 0.0 or planned.accuracy.tolerance):
-        return replace(found, spots_error=error)
-    at_spots = replace(planned, projection=replace(projection, low_pass_px=apart_px))
-    return _with_kernels(at_spots, lens, sensor, replace(camera, low_pass_um=0.0), floor, draws_lamps)
+    if error > (planned.accuracy.allowed if planned.accuracy.tolerance else 0.0):
+        at_spots = replace(planned, projection=replace(projection, low_pass_px=apart_px))
+        apart = _with_kernels(at_spots, lens, sensor, replace(camera, low_pass_um=0.0), floor, draws_lamps)
+        if apart.psf is not None:
+            return apart
+    return replace(found, spots_error=error)
 
 
 def _with_kernels(

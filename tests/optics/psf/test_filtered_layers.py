@@ -15,7 +15,9 @@ from scipy.signal import fftconvolve
 
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.scene import Layer
 
@@ -25,17 +27,18 @@ LENS = ThinLens(50.0, 4.0, 2.0, cos4=False, aberrations=Aberrations(spherical_um
 
 
 def holes(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coverage and light of a layer of random holes, and light of what is behind it: random, or even."""
+    """Coverage and light of a layer of random holes, and light of what is behind it, more or less even."""
     rng = np.random.default_rng(5)
     cover = (rng.random((SIDE, SIDE)) < 0.5).astype(np.float64)
-    behind = 0.2 + 0.8 * rng.random((SIDE, SIDE)) if kind == "random" else np.full((SIDE, SIDE), 0.6)
+    depth = {"random": 0.8, "faint": 0.004, "even": 0.0}[kind]  # of what is behind
+    behind = 0.6 + depth * (rng.random((SIDE, SIDE)) - 0.5)
     return cover, cover * (0.2 + 0.8 * rng.random((SIDE, SIDE))), behind
 
 
-def layered_shot(kind: str, apart_px: float = APART_PX):
+def layered_shot(kind: str) -> Shot:
     cover, front, behind = holes(kind)
     per_dioptre = float(LENS.blur_radius_um(math.inf) - LENS.blur_radius_um(1.0)) / PITCH_UM
-    shot = shot_of(behind, LENS, 2.0, low_pass_um=apart_px * PITCH_UM)
+    shot = shot_of(behind, LENS, 2.0, low_pass_um=APART_PX * PITCH_UM)
     wall = shot.scene.load()
     near = Layer(wall.planes, wall.depth_m)
     scene = dataclasses.replace(
@@ -61,21 +64,30 @@ def seen_through_spots(kind: str, kernels: list[np.ndarray]) -> np.ndarray:
     return np.mean([shift(image, spot, order=0, mode="nearest") for spot in spots], axis=0)
 
 
+def error_of(shot: Shot, kind: str) -> float:
+    """p99.9 of the error [standard deviations], against what the spots see."""
+    optics = plan(shot).optics
+    bare = dataclasses.replace(optics.psf, sampling=Sampling(), core=None, seen=None)
+    at = (dataclasses.replace(bare, radii_px=(float(one),)) for one in optics.defocus.radii_px)
+    truth = seen_through_spots(kind, [one.kernel(0, 0, False, 0, 0)[0] for one in at])[SHOWN, SHOWN]
+    found = simulate(shot).mean_electrons.astype(np.float64)[SHOWN, SHOWN]
+    scale = found.sum() / truth.sum() / BRIGHTEST_E
+    return statistics(z_scores(found / (scale * BRIGHTEST_E), truth, BRIGHTEST_E)).p99_9
+
+
 @pytest.mark.parametrize(("tolerance", "allowed"), [(0.03, 0.1), (0.0, 1e-4)])
 def test_each_spot_of_a_filter_sees_layers_of_its_own(tolerance, allowed):
     """Kernels that hold the filter left 4.5 sigma, at any tolerance."""
     shot = dataclasses.replace(layered_shot("random"), tolerance=tolerance)
     optics = plan(shot).optics
     assert optics.psf.by_distance and optics.sees_spots and optics.psf.sampling.low_pass_um == 0.0
-    at = (dataclasses.replace(optics.psf, radii_px=(float(one),), core=None, seen=None) for one in optics.defocus.radii_px)
-    kernels = [one.kernel(0, 0, False, 0, 0)[0] for one in at]
-    truth = seen_through_spots("random", kernels)[SHOWN, SHOWN]
-    found = simulate(shot).mean_electrons.astype(np.float64)[SHOWN, SHOWN]
-    scale = found.sum() / truth.sum() / BRIGHTEST_E
-    assert statistics(z_scores(found / (scale * BRIGHTEST_E), truth, BRIGHTEST_E)).p99_9 < allowed
+    assert error_of(shot, "random") < allowed
 
 
-def test_kernels_hold_the_filter_where_layers_do_not_differ_over_its_spots():
-    optics = plan(layered_shot("even")).optics
+@pytest.mark.parametrize("kind", ["even", "faint"])
+def test_kernels_hold_the_filter_where_layers_hardly_differ_over_its_spots(kind):
+    shot = layered_shot(kind)
+    optics = plan(shot).optics
     assert optics.psf.by_distance and not optics.sees_spots and optics.psf.sampling.low_pass_um > 0.0
-    assert optics.spots_error < optics.accuracy.allowed
+    assert optics.spots_error <= optics.accuracy.allowed and (optics.spots_error > 1e-6) == (kind == "faint")
+    assert error_of(shot, kind) < plan(shot).error_budget.predicted_sigma
