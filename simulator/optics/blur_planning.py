@@ -55,7 +55,7 @@ def plan_accuracy(
     )
     if optics.projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers):
         return replace(accuracy, pixel_detail=scene_detail(optics.scene, optics.weights, per_radiance, accuracy))
-    if not gathers_squares(optics.scene, optics.projection, lens, sensor.camera, tolerance):
+    if not optics.is_direct:
         return accuracy
     detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
     detail /= sensor.camera.fill_factor  # a smaller square averages fewer pixels
@@ -132,8 +132,7 @@ def plan_blur(
 def plan_blur(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: bool = False) -> Defocus | None:
     """Return the blur of a scene's surfaces, as `plan_defocus`; never None where a sharp one is kept."""
     accuracy, projection = planned.accuracy, planned.projection
-    is_direct = gathers_squares(scene, projection, lens, camera, accuracy.tolerance)
-    area = PhotositeArea(is_direct, accuracy.whole_pixels, projection.open_side)
+    area = PhotositeArea(planned.is_direct, accuracy.whole_pixels, projection.open_side)
     return plan_defocus(
         lens, camera.pixel_pitch_um, scene, projection.scale, accuracy, planned.sensor_px, area, keeps_sharp=keeps_sharp
     )

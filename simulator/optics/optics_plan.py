@@ -47,6 +47,7 @@ class OpticsPlan:
     scene: surfaces as they are rendered. weights: (bands, channels) float32 [e- s^-1 um^-2 sr^-1].
     cfa: colour of each photosite, from the sensor's upper left corner on.
     window: photosites that are computed; it may extend beyond the sensor. sensor_px: width and height of the sensor.
+    is_direct: whether photosites gather the even squares of a fine scene directly, over their open area.
     defocus: blur of the ideal lens; None: sharp everywhere.
     psf: kernels of diffraction, aberrations, low-pass filter and aperture of the photosites; None: none are needed.
     disoccluded_share: fraction of the picture that sees background which is occluded in the scene; None: its layers contain it.
@@ -76,6 +77,7 @@ class OpticsPlan:
     window: Window
     sensor_px: tuple[int, int]
     accuracy: Accuracy
+    is_direct: bool = False
     defocus: Defocus | None = None
     veiling_glare: VeilingGlare | None = None
     psf: "FieldPsf | None" = None

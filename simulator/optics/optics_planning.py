@@ -140,8 +140,12 @@ def _plan_sensor_optics(
     is_at_rest: bool,
     *,
     is_sharp: bool = False,
+    skipped: Skipped | None = None,
 ) -> OpticsPlan:
-    """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
+    """Plan the image on the window of a sensor; nothing but the field `window` depends on the window.
+
+    skipped: why the point spread function is left out; None: that is not known yet. A fine scene is then gathered directly.
+    """
     camera, window = sensor.camera, sensor.readout.computed
     scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
@@ -150,7 +154,8 @@ def _plan_sensor_optics(
         raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
-    if gathers_squares(scene, projection, lens, camera, tolerance):
+    is_direct = projection.is_fine if skipped is not None else gathers_squares(scene, projection, lens, camera, tolerance)
+    if is_direct:
         projection = replace(projection, open_side=math.sqrt(camera.fill_factor))
     glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
     planned = OpticsPlan(
@@ -161,6 +166,7 @@ def _plan_sensor_optics(
         window=window,
         sensor_px=(camera.width_px, camera.height_px),
         accuracy=Accuracy(tolerance),
+        is_direct=is_direct,
         veiling_glare=glare,
         illumination_error=illumination_error(lens, camera.pixel_pitch_um, camera.width_px, camera.height_px),
         tolerance=whole,
@@ -180,9 +186,15 @@ def _plan_sensor_optics(
     is_whole = planned.projection.open_side == 1.0 and planned.projection.low_pass_px == 0.0  # nothing is averaged before
     if is_whole and planned.projection.footprint is None and _is_even(planned.scene):
         return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
-    from simulator.optics.kernel_planning import with_psf  # not needed for an even scene
+    from simulator.optics.kernel_planning import with_psf, without_kernels  # not needed for an even scene
 
-    return with_psf(planned, lens, sensor, floor, is_at_rest)
+    if skipped is not None:
+        return replace(without_kernels(planned, lens, sensor), psf_skipped=skipped)
+    found = with_psf(planned, lens, sensor, floor, is_at_rest)
+    if found.psf is not None or found.psf_skipped is None or found.defocus is None or is_direct or not projection.is_fine:
+        return found
+    told = loaded, lens, sensor, tolerance, whole, is_at_rest
+    return _plan_sensor_optics(*told, is_sharp=is_sharp, skipped=found.psf_skipped)
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:

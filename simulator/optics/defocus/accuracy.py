@@ -157,7 +157,7 @@ class Accuracy:
         good = [grid_error(least_px, count, scale) <= self.allowed for count in (1, 2)]
         good[0] &= lamp_error(self.peak, least_px, scale) <= self.allowed
         needed = np.where(good[0], 1, np.where(good[1], 2, 4))
-        there = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
+        there = 1 if scale < 1.5 else 2 if abs(scale - 2.0) < 1e-6 else 4
         return np.where(largest_px * min(self.looser, 1.0) <= FINE_PX, np.minimum(needed, there), 1)
 
     def allowed_disagreement(self, is_guessed: bool) -> tuple[float, float]:
