@@ -62,19 +62,29 @@ def plan_accuracy(
     return replace(
         accuracy,
         detail=detail,
-        whole_pixels=optics.projection.whole_pixels(SAMPLES_PER_AXIS),
+        whole_pixels=_whole_pixels(optics.projection, sensor.camera if tolerance else None),
         lamp_sharp_px=lamp_sharp_px(optics.projection.scale, accuracy),
     )
 
 
-def gathers_squares(scene: Scene, projection: Projection, lens: Lens, camera: Camera, tolerance: float) -> bool:
+def _whole_pixels(projection: Projection, camera: Camera | None) -> int:
+    """`Projection.whole_pixels`, of photosites that lie where all spots of a camera's filter are; None: that has none."""
+    apart_px = 0.0 if camera is None else camera.low_pass_um / camera.pixel_pitch_um
+    spots = replace(projection, low_pass_px=apart_px).spots
+    found = {projection.at_spot(*spot).whole_pixels(SAMPLES_PER_AXIS) for spot in spots}
+    return found.pop() if len(found) == 1 else 0
+
+
+def gathers_squares(
+    scene: Scene, projection: Projection, lens: Lens, camera: Camera, tolerance: float, *, is_at_rest: bool
+) -> bool:
     """Whether photosites gather the even squares of a fine scene directly, over their open area.
 
-    Behind a lens or a filter with a point spread function its kernels hold the aperture of the photosites. Rays (tolerance 0)
-    start where a filter lets them, but for those of deep pictures. A scene coarser than the photosites shows nothing inside
-    them.
+    Behind a lens with a point spread function its kernels hold the aperture of the photosites, and behind a filter where
+    something moves. What rests is seen through each spot of a filter by itself. Rays (tolerance 0) start where a filter lets
+    them, but for those of deep pictures. A scene coarser than the photosites shows nothing inside them.
     """
-    has_filter = camera.low_pass_um > 0.0 and (tolerance > 0.0 or scene.deep is not None)
+    has_filter = camera.low_pass_um > 0.0 and ((tolerance > 0.0 and not is_at_rest) or scene.deep is not None)
     return projection.is_fine and not (has_filter or lens.psf is not None or lens.has_diffraction)
 
 

@@ -34,7 +34,7 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     """
     projection, camera = planned.projection, sensor.camera
     if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprint is not None:
-        return without_kernels(planned, lens, sensor)  # the scene is integrated over the open area of each photosite
+        return _without_kernels(planned, lens, sensor)  # the scene is integrated over the open area of each photosite
     found = _with_kernels(planned, lens, sensor, camera, floor, draws_lamps)
     if not camera.low_pass_um or found.defocus is None or found.psf is None or not found.psf.by_distance:
         return found
@@ -97,7 +97,7 @@ def _with_kernels(
     )
 
 
-def without_kernels(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+def _without_kernels(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
     """Return the plan of a scene that photosites average through the spots of a filter and over their open area alone."""
     crossed = _crossed(planned, None, electrons_per_radiance(lens, sensor))
     return replace(planned, contrast=replace(planned.contrast, crossed=crossed))

@@ -409,8 +409,9 @@ class OpticsPlan:
 
     @property
     def sees_spots(self) -> bool:
-        """Whether the image is the mean of those of a low-pass filter's four spots, which are sharp or behind kernels."""
-        return self.projection.low_pass_px > 0.0 and (self.defocus is None or self.psf is not None)
+        """Whether the image is the mean of those of a low-pass filter's four spots, at which rays of the reference start."""
+        follows_rays = self.defocus is not None and self.psf is None and self.accuracy.tolerance == 0.0
+        return self.projection.low_pass_px > 0.0 and not follows_rays
 
     def at_spots(self) -> list[Self]:
         """Return the plans of the images that a low-pass filter's four spots show, of each spot alone."""

@@ -140,12 +140,8 @@ def _plan_sensor_optics(
     is_at_rest: bool,
     *,
     is_sharp: bool = False,
-    skipped: Skipped | None = None,
 ) -> OpticsPlan:
-    """Plan the image on the window of a sensor; nothing but the field `window` depends on the window.
-
-    skipped: why the point spread function is left out; None: that is not known yet. A fine scene is then gathered directly.
-    """
+    """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
     camera, window = sensor.camera, sensor.readout.computed
     scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
@@ -154,7 +150,7 @@ def _plan_sensor_optics(
         raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
-    is_direct = projection.is_fine if skipped is not None else gathers_squares(scene, projection, lens, camera, tolerance)
+    is_direct = gathers_squares(scene, projection, lens, camera, tolerance, is_at_rest=is_at_rest)
     if is_direct:
         projection = replace(projection, open_side=math.sqrt(camera.fill_factor))
     glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
@@ -186,15 +182,9 @@ def _plan_sensor_optics(
     is_whole = planned.projection.open_side == 1.0 and planned.projection.low_pass_px == 0.0  # nothing is averaged before
     if is_whole and planned.projection.footprint is None and _is_even(planned.scene):
         return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
-    from simulator.optics.kernel_planning import with_psf, without_kernels  # not needed for an even scene
+    from simulator.optics.kernel_planning import with_psf  # not needed for an even scene
 
-    if skipped is not None:
-        return replace(without_kernels(planned, lens, sensor), psf_skipped=skipped)
-    found = with_psf(planned, lens, sensor, floor, is_at_rest)
-    if found.psf is not None or found.psf_skipped is None or found.defocus is None or is_direct or not projection.is_fine:
-        return found
-    told = loaded, lens, sensor, tolerance, whole, is_at_rest
-    return _plan_sensor_optics(*told, is_sharp=is_sharp, skipped=found.psf_skipped)
+    return with_psf(planned, lens, sensor, floor, is_at_rest)
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
@@ -213,15 +203,16 @@ def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPla
 
 
 def _with_filter_in_focus(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, *, is_at_rest: bool) -> OpticsPlan:
-    """Return the plan of a sharp scene whose photosites average it over their open area behind a filter, if the lens is ideal.
+    """Return the plan of a scene whose photosites average it over their open area behind a filter, if the lens is ideal.
 
-    Squares of a footprint average a coarse scene at rest. The image of another is the mean of the filter's four spots, each
-    over open areas.
+    Squares of a footprint average a coarse scene in focus at rest. The image of another in focus, and of a fine one out of
+    focus at rest, is the mean of the filter's four spots, each over open areas.
     """
     camera, projection = sensor.camera, planned.projection
     sampling = Sampling(camera.fill_factor, camera.low_pass_um)
     is_ideal = lens.psf is None and not lens.has_diffraction and lens.aberrations is None
-    if planned.defocus is not None or sampling == Sampling() or not is_ideal or _is_even(planned.scene):
+    is_kept = planned.defocus is not None and not (planned.is_direct and planned.accuracy.tolerance)
+    if is_kept or sampling == Sampling() or not is_ideal or _is_even(planned.scene):
         return planned
     if is_at_rest and projection.fits_footprint:
         footprint = sampling.footprint(camera.pixel_pitch_um)

@@ -102,7 +102,7 @@ def passes_of(
     budget = error_budget(optics)
     projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget, tiles))
     motion = _by_spot(_motion(optics, still, budget), optics)
-    projection, psf = _by_spot(projection, optics), _by_spot(psf, optics)
+    projection, defocus, psf = (_by_spot(one, optics) for one in (projection, defocus, psf))
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
         assert optics.motion is not None and optics.motion.blur is not None  # what is swept is blurred

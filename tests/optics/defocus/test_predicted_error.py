@@ -254,12 +254,12 @@ def test_light_between_pixels_states_what_means_over_photosites_leave(radius_px,
     assert left < stated < 1.3 * left
 
 
-def test_penumbrae_of_a_fine_scene_behind_a_filter_end_in_the_dark():
+def test_penumbrae_of_a_fine_scene_behind_diffraction_end_in_the_dark():
     """Bright bars over black, two pixels to a photosite, means over half photosites, against parts of these in float64."""
     parts, radius_px, size = 8, 1.38, 40
     picture = np.where((np.arange(2 * size) // 14 % 2)[:, None] + np.zeros(2 * size) > 0, 1.0, 2e-3)
     scene = band_scene(picture, float(depth_of(radius_px)))
-    shot = Shot(scene, LENS, Exposure(0.001), dataclasses.replace(small_camera(size, size), low_pass_um=2.0))
+    shot = Shot(scene, dataclasses.replace(LENS, diffraction=True), Exposure(0.001), small_camera(size, size))
     optics = plan(shot).optics
     accuracy, defocus = optics.accuracy, optics.defocus
     (finest,) = defocus.samples_per_axis(np.array([radius_px]), np.array([radius_px])).tolist()

@@ -9,7 +9,6 @@ from helpers.fine_frame import fine_shot, frame_radiance
 from helpers.lens_frame import LENS
 from helpers.light_through_filter import through_filter
 
-from simulator.pipeline.planner import plan
 from simulator.sensor.camera.camera import Window
 
 SHAPE = (30, 40)  # photosites
@@ -51,8 +50,8 @@ def test_a_low_pass_filter_over_a_sharp_coarse_scene_is_exact(fill_factor, spots
 
 
 @pytest.mark.parametrize(("radius_px", "spots_px"), [(0.5, 0.5), (1.0, 0.6), (2.0, 0.6), (4.0, 0.5)])
-def test_the_error_behind_a_blur_is_predicted(radius_px, spots_px):
-    """Squares of 1.5 photosites: the filter sees the light of whole photosites, and the plan says how far off that is."""
+def test_each_spot_of_a_filter_sees_a_fine_scene_out_of_focus_by_itself(radius_px, spots_px):
+    """Squares of 1.5 photosites: a kernel of the filter, behind the blur, would see the light of whole photosites."""
     scene = np.kron(np.random.default_rng(3).random((20, 27)) < 0.5, np.ones((3, 3)))[: 2 * SHAPE[0], : 2 * SHAPE[1]]
     pixels = 0.05 + 0.95 * scene
     shot = fine_shot(pixels, SHAPE, radius_px, 2000.0, lens=LENS)
@@ -61,12 +60,11 @@ def test_the_error_behind_a_blur_is_predicted(radius_px, spots_px):
     truth = through_filter(pixels, SHAPE, spots_px, 1.0, radius_px)
     inner = (slice(8, -8), slice(8, -8))
     sigma = np.abs(found - truth)[inner] * math.sqrt(2000.0) / np.sqrt(truth[inner])
-    budget = plan(shot).error_budget
-    assert any("behind a blur" in term.cause for term in budget.terms)
-    assert np.quantile(sigma, 0.99) <= budget.predicted_sigma
+    assert planned.optics.psf is None and planned.optics.sees_spots
+    assert np.quantile(sigma, 0.999) < 0.5  # of points of the disk, of which the truth is a mean
 
 
-def test_bright_parts_behind_a_blur_have_the_kernel_of_the_rest():
+def test_bright_parts_behind_a_blur_are_seen_as_the_rest():
     """A twelfth of the scene is bright: kernels without ringing for what is above a limit left 3.5 sigma."""
     bright = np.kron(np.random.default_rng(3).random((20, 27)) < 0.08, np.ones((3, 3)))[: 2 * SHAPE[0], : 2 * SHAPE[1]]
     pixels, radius_px, spots_px = 0.05 + 0.95 * bright, 1.0, 0.757
@@ -75,7 +73,7 @@ def test_bright_parts_behind_a_blur_have_the_kernel_of_the_rest():
     found, _ = frame_radiance(shot)
     truth, inner = through_filter(pixels, SHAPE, spots_px, 1.0, radius_px), (slice(8, -8), slice(8, -8))
     sigma = np.abs(found - truth)[inner] * math.sqrt(2000.0) / np.sqrt(truth[inner])
-    assert np.quantile(sigma, 0.999) < 0.8
+    assert np.quantile(sigma, 0.999) < 0.5
 
 
 def test_rays_start_where_the_filter_and_the_open_area_let_them():
