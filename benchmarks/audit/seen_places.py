@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from simulator.exposure.shutter import RollingShutter
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
@@ -137,7 +138,9 @@ def _speed(shot: Shot, number: int) -> tuple[float, float]:
 
 
 def _seconds_per_row(shot: Shot, rows: int) -> float:
-    """Time from the opening of a row to that of the next [s]."""
+    """Time from the opening of a row to that of the next [s]; 0 where all open at once, whatever time their read-out takes."""
     shutter = shot.exposure.shutter
-    readout_s = getattr(shutter, "readout_time_s", None) if shutter is not None else shot.camera.readout_time_s
-    return 0.0 if readout_s is None or shot.motion is None else float(readout_s) / rows
+    if not isinstance(shutter, RollingShutter) or shot.motion is None:
+        return 0.0
+    readout_s = shot.camera.readout_time_s if shutter.readout_time_s is None else shutter.readout_time_s
+    return 0.0 if readout_s is None else readout_s / rows

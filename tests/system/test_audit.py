@@ -323,6 +323,18 @@ def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device, w
     assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own)
 
 
+def test_rows_open_at_their_own_times_only_where_a_shutter_rolls(tmp_path):
+    """A camera states how long its read-out takes, whatever shutter a shot has."""
+    moving = {"motion": {"layers": {0: {"velocity": ["150 px/s", "-90 px/s"]}}}}
+    camera = {"base": "sony_a7_iii", "width": 20, "height": 16}
+    found = []
+    for shutter in ({}, {"shutter": {"scan_order": "top_to_bottom"}}, {"shutter": {"readout_time": "0.02 s"}}):
+        shot = simple_shot(tmp_path, camera=camera, exposure=BRIGHT | shutter, **moving)
+        found.append(SeenPlaces.of(shot, plan(shot)).opened_s)
+    assert (found[0] == 0.0).all()
+    assert np.diff(found[1]) == pytest.approx(0.06233 / 16) and np.diff(found[2]) == pytest.approx(0.02 / 16)
+
+
 def turning_layers(tmp_path, **settings):
     """Shot of two layers with a photosite for each pixel, nearly in focus, that turn before the camera."""
     rng = np.random.default_rng(4)
