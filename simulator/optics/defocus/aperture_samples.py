@@ -34,8 +34,9 @@ HARDEST = 2  # times the number of points for blocks that do not agree on their 
 def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     """Aperture samples for blur circles of this radius [photosites]: several per scene pixel or photosite in it, powers of two.
 
-    With motion, the area that counts is that which the circle sweeps. The number follows the tolerance; it is not raised
-    where the occluded background is assumed (`Defocus.guessed`).
+    With motion, the area that counts is that which the circle sweeps, in photosites of the camera on wider ones, too: blocks
+    that move take all of their points. The number follows the tolerance; it is not raised where the occluded background is
+    assumed (`Defocus.guessed`).
     Where nothing is even assumed, circles at rest that are not wide take a quarter.
     """
     each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel covers several photosites
@@ -44,7 +45,7 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     area = np.pi * (radius_px * finest + 1.0) ** 2
     if defocus.motion is not None:
         area = MOVING * (area + 2.0 * (radius_px * finest + 1.0) * finest * defocus.motion.path_px(radius_px))
-        most = 2 * most
+        area, most = area * defocus.wider**2, 2 * most
     target = np.clip(each * area, FEWEST, most)
     count, factor = 2.0 ** np.ceil(np.log2(target)), defocus.accuracy.points_factor
     if defocus.guessed:
