@@ -68,7 +68,7 @@ def plan_accuracy(
 
 
 def _whole_pixels(projection: Projection, camera: Camera | None) -> int:
-    """`Projection.whole_pixels`, of photosites that lie where all spots of a camera's filter are; None: that has none."""
+    """`Projection.whole_pixels` of photosites at all spots of a camera's filter; None: of the photosites themselves."""
     apart_px = 0.0 if camera is None else camera.low_pass_um / camera.pixel_pitch_um
     spots = replace(projection, low_pass_px=apart_px).spots
     found = {projection.at_spot(*spot).whole_pixels(SAMPLES_PER_AXIS) for spot in spots}

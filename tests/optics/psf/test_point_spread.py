@@ -108,7 +108,10 @@ DEPTHS = {
 }
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] if name == "field" else []) for name in LENSES])
+NAMES = [pytest.param(name, marks=[pytest.mark.slow] if name == "field" else []) for name in LENSES]
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_a_crop_has_the_bits_of_the_whole_frame(name):
     through, depth, settings = LENSES[name]
     cfa, bands = ("MONO", 1) if name not in ("sharp", "filter", "edges", "hole") else ("GRBG", 3)
@@ -119,7 +122,7 @@ def test_a_crop_has_the_bits_of_the_whole_frame(name):
         assert np.array_equal(crop.mean_electrons, whole.mean_electrons[y : y + height, x : x + width])
 
 
-@pytest.mark.parametrize("name", [name for name in LENSES if name not in ("field", "blur first, cat's eyes")])
+@pytest.mark.parametrize("name", [name for name in NAMES if name.values != ("blur first, cat's eyes",)])
 def test_a_flat_field_stays_flat(name):
     """To 1e-6. A light in the far corner keeps the plan from skipping all of it, and is out of reach of the window."""
     through, depth, settings = LENSES[name]
