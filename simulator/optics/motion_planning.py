@@ -67,7 +67,8 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         ) -> MotionPlan | Skipped:
             need = _need(planned, seen, per_radiance, detail)
             own = need.behind(_steepest_edge(planned.defocus), *slopes).of_share(share)
-            return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need), joins)
+            is_kept = _averages_what_moves(planned) and vectors is None and (joins or len(loaded.layers) == 1)
+            return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need), joins, is_kept=is_kept)
 
         motion = plan_for(_usual_detail(planned, seen, per_radiance, path.length.longest_px))
         if isinstance(motion, Skipped) and motion.sigma > 0.0:  # seen in fewer pixels than that counts, it is still seen
@@ -94,6 +95,15 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
             planned = replace(planned, motion=planned.motion.with_exact_means())
     planned = with_path_weights(planned, per_radiance)
     return planned.with_moved_pixels() if planned.moves_pixels else planned
+
+
+def _averages_what_moves(planned: OpticsPlan) -> bool:
+    """Whether a blur reads single pixels of what rests, but averages what moves over the photosites.
+
+    Edges differ by more than the noise then, so that a motion too small to be seen is computed nevertheless: frames of a clip
+    are alike however little the camera moves in some.
+    """
+    return planned.reads_pixels and planned.defocus is not None
 
 
 def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, length_px: float) -> SceneDetail:

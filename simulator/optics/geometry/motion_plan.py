@@ -299,20 +299,23 @@ def plan_motion(
     need: MotionNeed,
     blur: FixedBlur | str | None = None,
     can_join: bool = False,
+    *,
+    is_kept: bool = False,
 ) -> MotionPlan | Skipped:
     """Plan the motion of a frame along a path in the light of one component; why, where none is computed.
 
     vectors: velocities of pixels. blur: None: each photosite sees one place of each surface, without blur; a reason: why the
     blur is not fixed. can_join: whether the optics allow the method "joint", which is taken where surfaces move apart or by
-    their depth, or lie behind one another.
+    their depth, or lie behind one another. is_kept: whether motion is computed that is too small to be seen.
     Raises PhotositeError for motion and for depth that no method holds.
     """
     farthest = path.farthest_px
     if max(need.largest, need.dark) * farthest <= need.allowed:
         if farthest < SAME_PLACE_PX:
             return Skipped("nothing moves")
-        sigma = max(need.largest, need.dark) * farthest / need.sigma
-        return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
+        if not is_kept:
+            sigma = max(need.largest, need.dark) * farthest / need.sigma
+            return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
     length = path.length
     edges, corners = need.contrast_along(length.longest_px), need.contrast_of_corners(length.longest_px, path.slant)
     contrast = max(edges, corners)

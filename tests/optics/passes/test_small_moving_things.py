@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.area_truth import photosite_means
 from helpers.camera_builders import small_camera
 from helpers.lens_frame import LENS as WIDE_OPEN
 from helpers.lens_frame import depth_of
@@ -17,7 +18,7 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.pipeline.planner import plan
+from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
 
@@ -100,3 +101,24 @@ def test_a_slope_behind_a_blur_moves_as_far_as_without(scale):
     noise_e = np.sqrt(electrons * truth + accuracy.read_noise_e**2)
     assert (electrons * 0.5 * way_px / columns / noise_e).max() > 1.5 * still.tolerance
     assert (electrons * np.abs(moving_light(planned)[10:-10, inner] - truth) / noise_e).max() < 0.1 * still.tolerance
+
+
+@pytest.mark.parametrize("way_px", [1e-5, 1e-3, 0.02])
+def test_however_little_a_blurred_picture_moves_it_is_averaged_over_photosites(way_px):
+    """Of one pixel per photosite, of which what rests reads single ones: edges would differ between frames of a clip."""
+    radius_px = 0.45
+    picture = np.random.default_rng(5).choice([0.1, 1.0], (40, 50)).astype(np.float32)
+    still = Shot(band_scene(picture, depth_of(radius_px)), WIDE_OPEN, Exposure(TIME_S), small_camera(50, 40), tolerance=1.0)
+    still = replace(still, exposure=Exposure(TIME_S * 500.0 / plan(still).optics.accuracy.electrons))
+    speed = LayerMotion((Speed(way_px / still.exposure.time_s, "px/s"), Speed(0.0, "px/s")))
+    planned = plan_moving(replace(still, motion=Motion(layers={0: speed})))
+    accuracy, inside = planned.optics.accuracy, (slice(2, -2), slice(2, -2))
+    electrons = accuracy.electrons_per_radiance * float(planned.optics.weights.max())
+    truth = photosite_means(picture.astype(np.float64), picture.shape, radius_px)[inside]
+    noise_e = np.sqrt(electrons * truth + accuracy.read_noise_e**2)
+
+    def worst_sigma(of: Plan) -> float:
+        return float((electrons * np.abs(moving_light(of)[inside] - truth) / noise_e).max())
+
+    assert worst_sigma(planned) < 0.3 * still.tolerance
+    assert worst_sigma(plan(still)) > 3.0 * still.tolerance
