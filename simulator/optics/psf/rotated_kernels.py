@@ -14,7 +14,7 @@ from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-FINEST_CELLS = 5  # per photosite and axis, of computed kernels
+FINEST_CELLS = 5  # per photosite and axis, of computed kernels where no more are asked for
 SAMPLES = 3  # per photosite and axis, of kernels that are rotated
 PASSED, STOPPED = 1.0, 1.45  # spatial frequencies that they keep, and lose [cycles per photosite]
 FIELD_STEPS = 8  # of the computed field radii, from the centre to the corner
@@ -32,6 +32,7 @@ class RotatedKernels:
     lens_psf: its size and cells are not used. radii_px: blur radii at which it is computed, ascending [photosites].
     varies: whether kernels differ over the field.
     margin: around the geometric rays [lambda N]; a fraction of 0.2 / margin of the light lies beyond.
+    most_cells: per photosite and axis, of computed kernels; what is finer than that they keep as something coarser.
     """
 
     lens_psf: WavefrontPsf
@@ -39,13 +40,18 @@ class RotatedKernels:
     radii_px: tuple[float, ...]
     varies: bool
     margin: float
+    most_cells: int = FINEST_CELLS
 
     @property
     def cells(self) -> int:
         """Cells per photosite and axis of computed kernels."""
+        return min(self.cells_of_band, self.most_cells)
+
+    @property
+    def cells_of_band(self) -> int:
+        """Cells that hold all that the lens resolves."""
         lens = self.lens_psf
-        wanted = odd(lens.pitch_um / (0.5e-3 * float(np.min(lens.wavelengths_nm)) * lens.f_number))
-        return min(max(wanted, SAMPLES), FINEST_CELLS)
+        return max(odd(lens.pitch_um / (0.5e-3 * float(np.min(lens.wavelengths_nm)) * lens.f_number)), SAMPLES)
 
     @cached_property
     def size_px(self) -> int:

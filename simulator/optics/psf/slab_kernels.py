@@ -25,9 +25,10 @@ ZONES = 4  # rings of the field in which cores have the same reach
 REACHES_PX = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 21, 24, 28, 32, 38, 44)  # photosites to either side of cores
 TAPERS_PX = (0, 2)  # photosites over which a core may fade out
 TAIL_CORES_PX = (*range(4, 12), 12, 14, 16, 20, 24, 28, 32)  # photosites from which on a tail is smooth on its cells
-MARGINS = ((0.004, 12.0), (0.0, 36.0))  # allowed error from which on kernels are computed with this margin [lambda N]
+MARGINS = ((0.004, 12.0), (0.0, 36.0), (0.0, 60.0))  # allowed error from which on kernels may have this margin [lambda N]
 MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
+CELL_SHARE = 0.12  # of the allowed error, for the cells of computed kernels
 FINER = (2, 4)  # slabs in place of one of `slab_radii_px`
 FINEST = 4  # blur radii at which light is counted, in place of one of the slabs
 HELD_BYTES = 1 << 27  # of tables that are kept
@@ -97,13 +98,15 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     if not fits or not isinstance(lens, WavefrontPsf) or (psf.nodes != (1, 1) and lens.aberrations.has_fixed_orientation):
         return given
     wide = _widened(list(psf.radii_px))
-    ends, lens_numbers = (wide[0], wide[-1]), (lens.aberrations, lens.f_number, lens.pitch_um)
-    own_px = kernel_size_px(*lens_numbers, lens.wavelengths_nm, ends, airy_margin=margin_of(seen)) // 2 + (
-        1 if seen.is_smooth else psf.sampling.margin_px(lens.pitch_um)
-    )
-    reach_px = next((reach_px for reach_px in REACHES_PX if reach_px >= own_px), 0)
     fitting = [cell_px for cell_px in CELLS if fits_tail(psf.reach_px, cell_px)]
-    if not fitting or not reach_px:
+    if not fitting:
+        return given
+    # A tail on finer cells costs more, and lets cores be smaller.
+    cell_px = min(fitting, key=lambda cell_px: _tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
+    beside_px = 1 if seen.is_smooth else psf.sampling.margin_px(lens.pitch_um)
+    own_px = _size_px(lens, (wide[0], wide[-1]), _margin(psf, seen, cell_px)) // 2 + beside_px
+    reach_px = next((reach_px for reach_px in REACHES_PX if reach_px >= own_px), 0)
+    if not reach_px:
         return given
     turned = _blade_error(_Keyed(psf.key, psf), seen)
     if turned > STEP_SHARE * seen.allowed:
@@ -114,16 +117,57 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
         lens.opening.blades and psf.nodes != (1, 1) and _blade_bytes(lens, radii_px, own_px) > MOST_BYTES
     ):
         return given
-    # A tail on finer cells costs more, and lets cores be smaller.
-    cell_px = min(fitting, key=lambda cell_px: _make_tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
     psf = replace(psf, radii_px=tuple(radii_px), nodes=nodes)
-    error = 2.0 * seen.allowed_dark + max(between, 2.0 * STEP_SHARE * seen.allowed) + turned
+    error = 2.0 * seen.allowed_dark + CELL_SHARE * seen.allowed + max(between, 2.0 * STEP_SHARE * seen.allowed) + turned
     return psf.with_core(Core(reach_px, reach_px, cell_px, error), seen)
 
 
-def margin_of(seen: Visibility) -> float:
-    """Margin of computed kernels around the geometric rays [lambda N]."""
-    return next(margin for least, margin in MARGINS if seen.allowed >= least)
+def _margins(seen: Visibility) -> list[float]:
+    """Margins that computed kernels may have around the geometric rays, ascending [lambda N]."""
+    first = next(margin for least, margin in MARGINS if seen.allowed >= least)
+    return [margin for _, margin in MARGINS if margin >= first]
+
+
+def _margin(psf: FieldPsf, seen: Visibility, cell_px: int) -> float:
+    """Least margin of computed kernels beyond which a tail on cells of cell_px has all light that the scene may show."""
+    lens = psf.lens_psf
+    assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
+    tails = [_tail(psf, seen, channel, cell_px) for channel in range(len(lens.wavelengths_nm))]
+    for margin in _margins(seen):
+        half_px = _size_px(lens, (0.0,), margin) // 2
+        if all(seen.error(tail.beyond(half_px)) <= seen.allowed_dark for tail in tails):
+            return margin
+    return MARGINS[-1][1]
+
+
+def _size_px(lens: WavefrontPsf, radii_px: tuple[float, ...], margin: float) -> int:
+    """Photosites across kernels of these blur radii with a margin [lambda N]."""
+    return kernel_size_px(lens.aberrations, lens.f_number, lens.pitch_um, lens.wavelengths_nm, radii_px, airy_margin=margin)
+
+
+@dataclass(frozen=True)
+class _Keyed:
+    """A PSF that is equal to another where all numbers are."""
+
+    key: tuple[object, ...]
+    psf: FieldPsf = field(compare=False)
+
+
+@lru_cache(maxsize=16)
+def _most_cells(of: _Keyed, seen: Visibility) -> int:
+    """Most cells per photosite and axis that computed kernels need for CELL_SHARE of the allowed error.
+
+    Coarse cells count detail finer than photosites as what they keep of it; it is most in the kernel that is nearest to focus.
+    """
+    lens, nearest_px = of.psf.lens_psf, min(of.psf.radii_px, key=abs)
+    assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
+    nearest_px = 0.0 if of.psf.radii_px[0] < 0.0 < of.psf.radii_px[-1] else nearest_px
+    coarse = RotatedKernels(_of_one_color(lens), of.psf.sampling, (nearest_px,), False, MARGINS[0][1])
+    exact = replace(coarse, most_cells=coarse.cells_of_band)
+    ways = [replace(coarse, most_cells=cells) for cells in range(coarse.cells, exact.cells, 2)]
+    true = exact.kernels((0.0, 0.0))[0, 0]
+    allowed = CELL_SHARE * seen.allowed
+    return next((way.cells for way in ways if seen.error(way.kernels((0.0, 0.0))[0, 0] - true) <= allowed), exact.cells)
 
 
 def finer_radii(psf: FieldPsf, finer: int) -> list[float]:
@@ -139,14 +183,6 @@ def _widened(radii_px: list[float]) -> list[float]:
     """Radii with one more at either end, so that cubics find four around each place."""
     first, last = (min(abs(here - beside), SLAB_PX) for here, beside in (radii_px[:2], radii_px[-2:]))
     return [radii_px[0] - first, *radii_px, radii_px[-1] + last]
-
-
-@dataclass(frozen=True)
-class _Keyed:
-    """A PSF that is equal to another where all numbers are."""
-
-    key: tuple[object, ...]
-    psf: FieldPsf = field(compare=False)
 
 
 @lru_cache(maxsize=8)
@@ -167,12 +203,12 @@ def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], f
         step_px, middle_px = (radii[slab] - radii[slab - 1]) / FINER[0], 0.5 * (radii[slab - 1] + radii[slab])
         around_px = middle_px + step_px * np.array([-1.5, -0.5, 0.5, 1.5])
         _, weights = lagrange_weights(around_px, middle_px)
-        measured = RotatedKernels(lens, psf.sampling, (*around_px.tolist(), middle_px), varies, margin_of(seen))
+        measured = RotatedKernels(lens, psf.sampling, (*around_px.tolist(), middle_px), varies, _margins(seen)[0])
         for height in HEIGHTS if varies else (0.0,):
             kernels = measured.kernels((height, 0.0))[:, 0]
             between = max(between, seen.error(kernels[-1] - np.tensordot(weights, kernels[:-1], axes=1)))
     for radius_px in radii[:: len(radii) - 1] if varies else ():
-        one = RotatedKernels(lens, psf.sampling, (radius_px,), varies, margin_of(seen))
+        one = RotatedKernels(lens, psf.sampling, (radius_px,), varies, _margins(seen)[0])
         for height in HEIGHTS:
             ahead, here, behind = (one.kernels((height + step, 0.0))[0, 0] for step in (-0.125, 0.0, 0.125))
             beside = max(beside, seen.error(here - 0.5 * (ahead + behind)))
@@ -206,7 +242,7 @@ def _blade_error(of: _Keyed, seen: Visibility) -> float:
     turned = opening.with_corner(math.pi / (BLADE_TURNS * opening.blades))  # the field is along x, and kernels are not turned
     lens = replace(_of_one_color(lens), opening=turned)
     for radius_px, height in itertools.product(psf.radii_px[:: len(psf.radii_px) - 1], BLADE_HEIGHTS):
-        made = RotatedKernels(lens, psf.sampling, (radius_px,), True, margin_of(seen))
+        made = RotatedKernels(lens, psf.sampling, (radius_px,), True, _margins(seen)[0])
         found = max(found, seen.error((made.kernels((height, 0.0)) - made.computed_kernels((height, 0.0)))[0, 0]))
     return found
 
@@ -224,10 +260,11 @@ def slab_kernels_of(psf: FieldPsf, channels: int) -> SlabKernels:
 def _made(of: _Keyed, channels: int) -> SlabKernels:
     psf, lens = of.psf, of.psf.lens_psf
     assert psf.core is not None and psf.seen is not None and isinstance(lens, WavefrontPsf)  # plan_slabs
-    tails = [_make_tail(psf, psf.seen, channel, psf.core.cell_px) for channel in range(channels)]
+    tails = [_tail(psf, psf.seen, channel, psf.core.cell_px) for channel in range(channels)]
     within, tail, smooth = (np.array([getattr(one, name) for one in tails]) for name in ("within", "cells", "spread"))
     light = 1.0 - tail.sum(axis=(1, 2))
-    source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin_of(psf.seen))
+    margin, cells = _margin(psf, psf.seen, psf.core.cell_px), _most_cells(_Keyed(psf.key, psf), psf.seen)
+    source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin, cells)
 
     def tables(field_xy: tuple[float, float]) -> _Tables:
         samples = source.samples(field_xy)[..., ::-1, ::-1]
@@ -377,17 +414,30 @@ class _Tail:
 
     core_px: reach of the core from which on it is smooth. cells: (cells, cells) weights. spread: (photosites, photosites) what
     photosites gather with it on average over their places in a cell. within: light within the kernel, before normalisation.
+    rest: (photosites, photosites) what the core is.
     """
 
     core_px: int
     cells: np.ndarray
     spread: np.ndarray
     within: float
+    rest: np.ndarray
+
+    def beyond(self, half_px: int) -> np.ndarray:
+        """What is left of the core beyond so many photosites to either side, of the shape of `rest`."""
+        found, middle = self.rest.copy(), len(self.rest) // 2
+        found[middle - half_px : middle + half_px + 1, middle - half_px : middle + half_px + 1] = 0.0
+        return found
 
 
-def _make_tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _Tail:
+def _tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _Tail:
     """Tail on cells of cell_px, from as near as its cells may show."""
-    focus = psf.fit_kernel(0.0)
+    return _made_tail(_Keyed((repr(psf.lens_psf), psf.sampling, psf.over), psf), seen, channel, cell_px)
+
+
+@lru_cache(maxsize=16)
+def _made_tail(of: _Keyed, seen: Visibility, channel: int, cell_px: int) -> _Tail:
+    psf, focus = of.psf, of.psf.fit_kernel(0.0)
     light = focus.cell_kernel(channel, 0.0, (0.0, 0.0))
     within = float(light.sum())
     table = gather_table(psf.sampling.phases(light / within, focus.cells, focus.pitch_um, 1, True))
@@ -396,7 +446,8 @@ def _make_tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _
         average = spread.mean(axis=0)
         is_last = core_px == TAIL_CORES_PX[-1]
         if is_last or max(seen.error(one - average) for one in spread) <= seen.allowed_dark:
-            return _Tail(core_px, cells, average, within)
+            rest = np.pad(table, (len(average) - len(table)) // 2) - average
+            return _Tail(core_px, cells, average, within, rest)
     raise AssertionError("the last core is taken")
 
 
