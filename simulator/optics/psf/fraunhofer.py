@@ -55,6 +55,7 @@ def compute_psf(
     cell_um: float,
     size: int,
     opening: Opening = ROUND,
+    kept: tuple[float, float] | None = None,
 ) -> np.ndarray:
     """Fraction of a point's light in each of size x size square cells around the image point, (size, size) float64.
 
@@ -62,14 +63,17 @@ def compute_psf(
     cells. The image of a sampled pupil is periodic, and its period a whole number of cells. The sum is below 1 by the light
     outside the cells. The amplitude is computed in single precision: the light of a cell is wrong by 1e-6 of the brightest.
     wavefront_error_um: wavefront error W at pupil points (x, y) of the unit disk [um], any shape.
-    cell_um: side of a cell. size: odd. opening: edge of the pupil.
+    cell_um: side of a cell. size: odd. opening: edge of the pupil. kept: None: of means over cells; else of light at their
+        middles which has all detail up to the first of these frequencies and none from the second on [cycles per cell, up to
+        a half], and is negative where that rings.
     Raises PhotositeError for a wavefront too steep to be sampled.
     """
     from scipy import fft
 
     cell = cell_um / (2.0 * wavelength_um * f_number)  # its side, in turns of phase between pupil points a radius apart
     pupil, period = sample_pupil(wavefront_error_um, wavelength_um, cell, size, opening)
-    band, count = len(pupil), _fast_length(2 * len(pupil) - 1)  # frequencies of the light, samples that hold them all
+    band = len(pupil)  # frequencies of the light
+    count = _fast_length(band + len(_response(band, period, kept)))  # samples that do not mix those that count with others
     lines = np.asarray(fft.fft(pupil, count, axis=0))
     is_even = np.array_equal(pupil, pupil[::-1])  # of a lens that is symmetric about its axis, across the field
     if is_even:
@@ -78,24 +82,26 @@ def compute_psf(
     step = max(TOGETHER // count, 1)
     for start in range(0, len(lines), step):
         amplitude = np.asarray(fft.fft(lines[start : start + step], count))
-        means[:, start : start + step] = _line_means(np.real(amplitude) ** 2 + np.imag(amplitude) ** 2, size, period, band).T
+        density = np.real(amplitude) ** 2 + np.imag(amplitude) ** 2
+        means[:, start : start + step] = _line_means(density, size, period, band, kept).T
     if is_even:
         means = np.concatenate([means, means[:, (count - 1) // 2 : 0 : -1]], axis=1)
-    cells = _line_means(means, size, period, band).T
+    cells = _line_means(means, size, period, band, kept).T
     # Parseval: the light of the whole image plane, from the pupil's area in samples, pi / sample^2.
     power = math.pi * ((period * cell) ** 2 * 2.0 * wavelength_um * f_number) ** 2
-    # The light beyond the period lies within it, and rounding leaves values below 0.
-    return np.maximum(cells, 0.0) * (cell_um**2 / power)
+    # The light beyond the period lies within it, and rounding leaves means below 0.
+    return (np.maximum(cells, 0.0) if kept is None else cells) * (cell_um**2 / power)
 
 
-def _line_means(lines: np.ndarray, size: int, period: int, band: int) -> np.ndarray:
+def _line_means(lines: np.ndarray, size: int, period: int, band: int, kept: tuple[float, float] | None) -> np.ndarray:
     """Means of periodic band-limited densities (lines, samples) over cells about their first sample, (lines, size).
 
-    period: cells. band: frequencies from 0 on that the densities have.
+    period: cells. band: frequencies from 0 on that the densities have. kept: as of `compute_psf`.
     """
     from scipy import fft
 
-    spectrum, response = np.asarray(fft.rfft(lines)), _mean_response(band, period)
+    spectrum, response = np.asarray(fft.rfft(lines)), _response(band, period, kept)
+    band = len(response)
     folded = np.zeros((len(lines), period), spectrum.dtype)
     for first in range(0, band, period):  # frequencies that cells cannot tell apart are added
         here = slice(first, min(first + period, band))
@@ -114,9 +120,18 @@ def _fast_length(least: int) -> int:
 
 
 @lru_cache(maxsize=32)
-def _mean_response(band: int, period: int) -> np.ndarray:
-    """Share of each frequency in means over the cells of a period, for it and its negative, (band,) float32."""
-    found = 2.0 * np.sinc(np.arange(band) / period)
+def _response(band: int, period: int, kept: tuple[float, float] | None) -> np.ndarray:
+    """Share of each frequency in the light of the cells of a period, for it and its negative, float32, up to where it is 0.
+
+    Arguments are those of `_line_means`.
+    """
+    frequency = np.arange(band) / period
+    if kept is None:
+        found = 2.0 * np.sinc(frequency)
+    else:
+        passed, stopped = kept
+        frequency = frequency[frequency < stopped]
+        found = 1.0 + np.cos(math.pi * np.clip((frequency - passed) / (stopped - passed), 0.0, 1.0))
     found[0] = 1.0
     return found.astype(np.float32)
 

@@ -90,20 +90,20 @@ class Sampling:
         found = np.array([column @ across.T for column in columns for across in matrices])
         return found * (cells.sum(dtype=np.float64) / found.sum())
 
-    def photosite_matrix(self, size_px: int, per_photosite: int, cells: int, pitch_um: float) -> np.ndarray:
+    def photosite_matrix(self, size_px: int, per_photosite: int, pitch_um: float) -> np.ndarray:
         """Matrix of one axis from samples of a kernel to photosites, (size_px + 2 margin_px, per_photosite * size_px) float64.
 
         The kernel is that of `phases` with one light sample per photosite, without its normalisation.
-        per_photosite: samples per photosite and axis, odd. cells: cells per photosite over which the samples are integrals.
+        per_photosite: samples per photosite and axis, odd, of light without finer detail.
         """
-        return _photosite_matrix(self, size_px, per_photosite, cells, pitch_um)
+        return _photosite_matrix(self, size_px, per_photosite, pitch_um)
 
 
 @functools.lru_cache(maxsize=8)
-def _photosite_matrix(sampling: Sampling, size_px: int, per_photosite: int, cells: int, pitch_um: float) -> np.ndarray:
+def _photosite_matrix(sampling: Sampling, size_px: int, per_photosite: int, pitch_um: float) -> np.ndarray:
     found_px = size_px + 2 * sampling.margin_px(pitch_um)
     cycles = _cycles(found_px, 1)
-    transfer = sampling.transfer(cycles / pitch_um, pitch_um) / np.sinc(cycles) / np.sinc(cycles / cells)
+    transfer = sampling.transfer(cycles / pitch_um, pitch_um) / np.sinc(cycles)
     transfer[[0, -1]] *= 0.5
     count = per_photosite * size_px
     places, photosites = (np.arange(count) - count // 2) / per_photosite, np.arange(found_px) - found_px // 2

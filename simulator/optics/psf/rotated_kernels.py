@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.optics.psf.fraunhofer import ROUND, Opening, odd
+from simulator.device.threads import in_threads
+from simulator.optics.psf.fraunhofer import ROUND, Opening
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-FINEST_CELLS = 5  # per photosite and axis, of computed kernels where no more are asked for
-SAMPLES = 3  # per photosite and axis, of kernels that are rotated
-PASSED, STOPPED = 1.0, 1.45  # spatial frequencies that they keep, and lose [cycles per photosite]
+SAMPLES = 3  # per photosite and axis, of computed kernels
+KEPT = 1.0, 1.45  # spatial frequencies up to which these have all detail, and from which on none [cycles per photosite]
 FIELD_STEPS = 8  # of the computed field radii, from the centre to the corner
 BLADE_STEPS = (0, 2, 4, 6, 8)  # of these, at which what blades change is computed
 BLADE_TURNS = 4  # angles between field and blades at which it is, over the angle from one corner to the next
@@ -32,7 +32,6 @@ class RotatedKernels:
     lens_psf: its size and cells are not used. radii_px: blur radii at which it is computed, ascending [photosites].
     varies: whether kernels differ over the field.
     margin: around the geometric rays [lambda N]; a fraction of 0.2 / margin of the light lies beyond.
-    most_cells: per photosite and axis, of computed kernels; what is finer than that they keep as something coarser.
     """
 
     lens_psf: WavefrontPsf
@@ -40,18 +39,6 @@ class RotatedKernels:
     radii_px: tuple[float, ...]
     varies: bool
     margin: float
-    most_cells: int = FINEST_CELLS
-
-    @property
-    def cells(self) -> int:
-        """Cells per photosite and axis of computed kernels."""
-        return min(self.cells_of_band, self.most_cells)
-
-    @property
-    def cells_of_band(self) -> int:
-        """Cells that hold all that the lens resolves."""
-        lens = self.lens_psf
-        return max(odd(lens.pitch_um / (0.5e-3 * float(np.min(lens.wavelengths_nm)) * lens.f_number)), SAMPLES)
 
     @cached_property
     def size_px(self) -> int:
@@ -78,7 +65,7 @@ class RotatedKernels:
 
     def photosites(self, samples: np.ndarray) -> np.ndarray:
         """Response of photosites to the light of `samples`, (..., size, size)."""
-        down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.cells, self.lens_psf.pitch_um)
+        down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.lens_psf.pitch_um)
         return np.asarray(down @ samples @ down.T)
 
     def samples(self, field_xy: tuple[float, float]) -> np.ndarray:
@@ -136,18 +123,16 @@ class RotatedKernels:
 
     def _computed(self, step: int, opening: Opening) -> np.ndarray:
         """Samples of wave optics at a field radius; coefficients of cubic splines where `varies`."""
-        made = np.stack([self._samples(radius_px, (step / FIELD_STEPS, 0.0), opening) for radius_px in self.radii_px])
+        made = np.stack(
+            in_threads(lambda radius_px: self._samples(radius_px, (step / FIELD_STEPS, 0.0), opening), self.radii_px)
+        )
         return _spline_coefficients(made) if self.varies else made
 
     def _samples(self, radius_px: float, field_xy: tuple[float, float], opening: Opening) -> np.ndarray:
-        size_px, cells = self._sizes_px[radius_px], self.cells
-        lens = replace(self.lens_psf, size_px=size_px, cells=cells, opening=opening)
+        size_px = self._sizes_px[radius_px]
+        lens = replace(self.lens_psf, size_px=size_px, cells=SAMPLES, opening=opening)
         pad = SAMPLES * (self.size_px - size_px) // 2
-        channels = range(len(lens.wavelengths_nm))
-        found = []
-        for channel in channels:
-            across = _resampled(lens.cell_kernel(channel, radius_px, field_xy), size_px, cells)
-            found.append(_resampled(across.T, size_px, cells).T)
+        found = [lens.cell_kernel(channel, radius_px, field_xy, KEPT) for channel in range(len(lens.wavelengths_nm))]
         return np.pad(np.stack(found), ((0, 0), (pad, pad), (pad, pad)))
 
     def _size_px(self, radius_px: float) -> int:
@@ -191,28 +176,6 @@ def lagrange_weights(nodes: np.ndarray, place: float) -> tuple[np.ndarray, np.nd
     near = nodes[first : first + CUBIC]
     weights = [np.prod((place - np.delete(near, n)) / (near[n] - np.delete(near, n))) for n in range(len(near))]
     return first + np.arange(len(near)), np.array(weights)
-
-
-def _resampled(light: np.ndarray, size_px: int, cells: int) -> np.ndarray:
-    """Samples of light in cells (lines, cells * size_px) along its last axis, (lines, SAMPLES * size_px).
-
-    They have the same sum, and no fine detail: frequencies of twice the size that the samples keep.
-    """
-    from scipy import fft
-
-    turns = _kept_turns(size_px, cells)
-    last, period = len(turns) - 1, 2 * size_px
-    spectrum = np.asarray(fft.rfft(light, cells * period))[:, : last + 1] * turns
-    return np.asarray(fft.irfft(spectrum, SAMPLES * period))[:, : SAMPLES * size_px]
-
-
-@lru_cache(maxsize=32)
-def _kept_turns(size_px: int, cells: int) -> np.ndarray:
-    """What is kept of frequencies from 0 on by the samples of `_resampled`, whose first lies elsewhere than the first cell."""
-    frequency = np.arange(round(STOPPED * 2 * size_px) + 1) / (2 * size_px)
-    kept = np.clip((STOPPED - np.abs(frequency)) / (STOPPED - PASSED), 0.0, 1.0)
-    shift_px = 0.5 * (cells * size_px - 1) / cells - 0.5 * (SAMPLES * size_px - 1) / SAMPLES
-    return np.asarray((0.5 - 0.5 * np.cos(math.pi * kept)) * np.exp(2j * math.pi * shift_px * frequency))
 
 
 def _spline_coefficients(samples: np.ndarray) -> np.ndarray:

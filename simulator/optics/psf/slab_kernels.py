@@ -28,7 +28,6 @@ TAIL_CORES_PX = (*range(4, 12), 12, 14, 16, 20, 24, 28, 32)  # photosites from w
 MARGINS = ((0.004, 12.0), (0.0, 36.0), (0.0, 60.0))  # allowed error from which on kernels may have this margin [lambda N]
 MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
-CELL_SHARE = 0.12  # of the allowed error, for the cells of computed kernels
 FINER = (2, 4)  # slabs in place of one of `slab_radii_px`
 FINEST = 4  # blur radii at which light is counted, in place of one of the slabs
 HELD_BYTES = 1 << 27  # of tables that are kept
@@ -118,7 +117,7 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     ):
         return given
     psf = replace(psf, radii_px=tuple(radii_px), nodes=nodes)
-    error = 2.0 * seen.allowed_dark + CELL_SHARE * seen.allowed + max(between, 2.0 * STEP_SHARE * seen.allowed) + turned
+    error = 2.0 * seen.allowed_dark + max(between, 2.0 * STEP_SHARE * seen.allowed) + turned
     return psf.with_core(Core(reach_px, reach_px, cell_px, error), seen)
 
 
@@ -151,23 +150,6 @@ class _Keyed:
 
     key: tuple[object, ...]
     psf: FieldPsf = field(compare=False)
-
-
-@lru_cache(maxsize=16)
-def _most_cells(of: _Keyed, seen: Visibility) -> int:
-    """Most cells per photosite and axis that computed kernels need for CELL_SHARE of the allowed error.
-
-    Coarse cells count detail finer than photosites as what they keep of it; it is most in the kernel that is nearest to focus.
-    """
-    lens, nearest_px = of.psf.lens_psf, min(of.psf.radii_px, key=abs)
-    assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
-    nearest_px = 0.0 if of.psf.radii_px[0] < 0.0 < of.psf.radii_px[-1] else nearest_px
-    coarse = RotatedKernels(_of_one_color(lens), of.psf.sampling, (nearest_px,), False, MARGINS[0][1])
-    exact = replace(coarse, most_cells=coarse.cells_of_band)
-    ways = [replace(coarse, most_cells=cells) for cells in range(coarse.cells, exact.cells, 2)]
-    true = exact.kernels((0.0, 0.0))[0, 0]
-    allowed = CELL_SHARE * seen.allowed
-    return next((way.cells for way in ways if seen.error(way.kernels((0.0, 0.0))[0, 0] - true) <= allowed), exact.cells)
 
 
 def finer_radii(psf: FieldPsf, finer: int) -> list[float]:
@@ -258,13 +240,13 @@ def slab_kernels_of(psf: FieldPsf, channels: int) -> SlabKernels:
 
 @lru_cache(maxsize=4)
 def _made(of: _Keyed, channels: int) -> SlabKernels:
-    psf, lens = of.psf, of.psf.lens_psf
-    assert psf.core is not None and psf.seen is not None and isinstance(lens, WavefrontPsf)  # plan_slabs
-    tails = [_tail(psf, psf.seen, channel, psf.core.cell_px) for channel in range(channels)]
+    psf, lens, seen = of.psf, of.psf.lens_psf, of.psf.seen
+    assert psf.core is not None and seen is not None and isinstance(lens, WavefrontPsf)  # plan_slabs
+    tails = [_tail(psf, seen, channel, psf.core.cell_px) for channel in range(channels)]
     within, tail, smooth = (np.array([getattr(one, name) for one in tails]) for name in ("within", "cells", "spread"))
     light = 1.0 - tail.sum(axis=(1, 2))
-    margin, cells = _margin(psf, psf.seen, psf.core.cell_px), _most_cells(_Keyed(psf.key, psf), psf.seen)
-    source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin, cells)
+    margin = _margin(psf, seen, psf.core.cell_px)
+    source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin)
 
     def tables(field_xy: tuple[float, float]) -> _Tables:
         samples = source.samples(field_xy)[..., ::-1, ::-1]
@@ -282,10 +264,10 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
         for number, (table, (reach_px, taper_px)) in enumerate(
             zip(tables(place).cores, zones[_zone(place)].tolist(), strict=True)
         ):
-            quarter[number, row, column] = _cut(table, reach_px, taper_px, light, psf.seen)[None]
+            quarter[number, row, column] = _cut(table, reach_px, taper_px, light, seen)[None]
     rings = np.zeros((len(psf.radii_px), rows, columns), bool)
     for node in {place[1:]: None for place in quarter} if psf.highlight_limits else ():
-        own = _rings([quarter[number, *node][0] for number in range(len(rings))], smooth, psf.seen)
+        own = _rings([quarter[number, *node][0] for number in range(len(rings))], smooth, seen)
         rings[np.ix_(range(len(rings)), *_mirrored(node, psf.nodes, mirrors=mirrors))] = own[:, None, None]
     if rings.any():
         quarter = {place: _with_highlights(core[0]) for place, core in quarter.items()}
@@ -425,8 +407,8 @@ class _Tail:
 
     def beyond(self, half_px: int) -> np.ndarray:
         """What is left of the core beyond so many photosites to either side, of the shape of `rest`."""
-        found, middle = self.rest.copy(), len(self.rest) // 2
-        found[middle - half_px : middle + half_px + 1, middle - half_px : middle + half_px + 1] = 0.0
+        found, away = self.rest.copy(), np.abs(np.arange(len(self.rest)) - len(self.rest) // 2)
+        found[np.maximum(away[:, None], away[None, :]) <= half_px] = 0.0
         return found
 
 

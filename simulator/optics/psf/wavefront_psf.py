@@ -55,8 +55,14 @@ class WavefrontPsf:
         require(good, "size of the kernels", f"{self.size_px} photosites", f"give an odd number up to {LARGEST_KERNEL_PX}")
         require(self.cells % 2 == 1 and self.cells > 0, "cells", self.cells, "give an odd number")
 
-    def cell_kernel(self, channel: int, blur_radius_px: float, field_xy: tuple[float, float]) -> np.ndarray:
-        """Light of a point in each cell, (size_px * cells, ...) float64; the sum is below 1 by the light outside."""
+    def cell_kernel(
+        self, channel: int, blur_radius_px: float, field_xy: tuple[float, float], kept: tuple[float, float] | None = None
+    ) -> np.ndarray:
+        """Light of a point in each cell, (size_px * cells, ...) float64; the sum is below 1 by the light outside.
+
+        kept: as of `compute_psf` [cycles per photosite].
+        """
+        kept = None if kept is None else (kept[0] / self.cells, kept[1] / self.cells)
         wavelengths, cell_um, size = self.wavelengths_nm[channel], self.pitch_um / self.cells, self.size_px * self.cells
         total = np.zeros((size, size))
         for wavelength_nm in wavelengths:
@@ -65,7 +71,8 @@ class WavefrontPsf:
                 blur_um = blur_radius_px * self.pitch_um
                 return self.aberrations.wavefront_error_um(x, y, self.f_number, wavelength_nm, field_xy, blur_um)
 
-            total = total + compute_psf(wavefront_error_um, 1e-3 * wavelength_nm, self.f_number, cell_um, size, self.opening)
+            light = 1e-3 * wavelength_nm, self.f_number
+            total = total + compute_psf(wavefront_error_um, *light, cell_um, size, self.opening, kept)
         return total / len(wavelengths)
 
     def kernel(

@@ -33,6 +33,32 @@ def test_the_light_of_cells_is_that_of_the_sum_over_the_pupil_in_double_precisio
     np.testing.assert_allclose(found, rule @ light @ rule.T * sample**2, rtol=0, atol=SINGLE * found.max())
 
 
+@pytest.mark.parametrize("tilt_um", [0.0, 0.4])  # an even pupil, and another
+@pytest.mark.parametrize("cell_um", [0.8, 1.5, 8.4])  # a few samples per cell, up to as many as detail is left out
+def test_light_without_fine_detail_is_that_of_the_whole_image_less_its_high_frequencies(cell_um, tilt_um):
+    """Against the Fourier sum at points of the whole period, and what is left of its spectrum, in double precision."""
+    kept, size = (0.3, 0.48), 21
+
+    def wavefront_um(x, y):
+        return 0.7 * (x**2 + y**2) * x + 0.3 * x**2 + tilt_um * y
+
+    found = compute_psf(wavefront_um, 0.55, 5.6, cell_um, size, kept=kept)
+    cell = cell_um / (2.0 * 0.55 * 5.6)
+    pupil, period = sample_pupil(wavefront_um, 0.55, cell, size, ROUND)
+    sample = 1.0 / (period * cell)
+    axis = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * sample
+    inside = np.clip(ROUND.depth(axis[None, :], axis[:, None]) / sample + 0.5, 0.0, 1.0)
+    exact = inside * np.exp(-2j * math.pi / 0.55 * wavefront_um(axis[None, :], axis[:, None]))
+    per_cell = math.ceil(2 * len(pupil) / period)
+    turns = np.exp(-2j * math.pi * np.outer(cell * np.arange(per_cell * period) / per_cell, axis))
+    light = np.abs(turns @ exact @ turns.T) ** 2 * cell**2 * sample**4 / math.pi
+    frequency = np.abs(np.fft.fftfreq(per_cell * period, 1.0 / per_cell))
+    share = 0.5 + 0.5 * np.cos(math.pi * np.clip((frequency - kept[0]) / (kept[1] - kept[0]), 0.0, 1.0))
+    left = np.fft.ifft2(np.fft.fft2(light) * share[:, None] * share[None, :]).real[::per_cell, ::per_cell]
+    middle = np.roll(left, (size // 2, size // 2), axis=(0, 1))[:size, :size]
+    np.testing.assert_allclose(found, middle, rtol=0, atol=SINGLE * found.max())
+
+
 @pytest.mark.parametrize("turn", [0, 1])
 @pytest.mark.parametrize("cell_um", [1.5, 8.4])  # one sample per cell, and several
 def test_a_pupil_that_is_even_along_one_axis_has_the_image_of_its_whole_sum(turn, cell_um):
