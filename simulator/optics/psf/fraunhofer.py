@@ -12,6 +12,7 @@ from simulator.errors import require
 
 LARGEST_PUPIL = 4096  # samples across
 FEWEST_PUPIL = 192
+EDGE_SAMPLES, EDGE_BETA = 3.0, 4.0  # to either side of an edge that samples hold, and the Kaiser window of that
 TOGETHER = 1 << 16  # samples that are transformed in one go, which the cache holds
 
 WavefrontError = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -161,9 +162,30 @@ def sample_pupil(
     ahead, mirrored = wavefront_error_um(rim.real, rim.imag), wavefront_error_um(rim.real, -rim.imag)
     is_even = opening is ROUND and np.array_equal(ahead, mirrored)
     x, y = axis[None, :], axis[count // 2 if is_even else 0 :, None]  # of an even pupil the half from the middle on
-    inside = np.clip(opening.depth(x, y) / sample + 0.5, 0.0, 1.0).astype(np.float32)  # fraction of a sample inside the edge
+    inside = _inside(opening.depth(x, y) / sample)
     waves = wavefront_error_um(x + 0.0 * y, y + 0.0 * x) / wavelength_um
     phase = ((2.0 * math.pi) * (np.rint(waves) - waves)).astype(np.float32)
     found = np.empty(phase.shape, np.complex64)
     found.real, found.imag = inside * np.cos(phase), inside * np.sin(phase)
     return (np.concatenate([found[::-1][: count // 2], found]) if is_even else found), period
+
+
+def _inside(depth: np.ndarray) -> np.ndarray:
+    """Amplitude of samples at depths inside an edge [samples], float32.
+
+    That of an edge whose detail ends at half a cycle per sample. The mean over a sample would dim the light that the edge
+    scatters by up to a half where the image ends.
+    """
+    found = (depth > 0.0).astype(np.float32)
+    beside = np.abs(depth) < EDGE_SAMPLES
+    found[beside] = np.interp(depth[beside], *_edge_profile())
+    return found
+
+
+@lru_cache(maxsize=1)
+def _edge_profile() -> tuple[np.ndarray, np.ndarray]:
+    """Depths [samples], and the amplitude there: the integral of a windowed sinc, from 0 to 1."""
+    count = 601
+    depth = np.linspace(-EDGE_SAMPLES, EDGE_SAMPLES, count)
+    rises = np.cumsum(np.sinc(depth) * np.kaiser(count, EDGE_BETA))
+    return depth, (rises - 0.5 * np.diff(rises, prepend=0.0)) / rises[-1]

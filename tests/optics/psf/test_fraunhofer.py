@@ -4,10 +4,26 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 
 from simulator.optics.psf.fraunhofer import ROUND, compute_psf, sample_pupil
 
 SINGLE = 1e-6  # of the brightest cell: 2 sqrt(log2 n) roundings of an amplitude, n = 2^18 samples, and as many of the light
+
+
+def edge_of_samples(depth: np.ndarray) -> np.ndarray:
+    """Step at 0 through a sinc in a Kaiser window of three samples, by the trapezoidal rule, float64."""
+    steps = np.linspace(-3.0, 3.0, 2401)
+    rises = cumulative_trapezoid(np.sinc(steps) * np.kaiser(2401, 4.0), steps, initial=0.0)
+    return np.interp(depth, steps, rises / rises[-1])
+
+
+@pytest.mark.parametrize(("f_number", "wavelength_um", "cell_um", "size"), [(8.0, 0.55, 1.0, 201), (2.8, 0.5, 0.6, 101)])
+def test_the_light_beyond_an_image_is_what_the_edge_of_the_pupil_scatters(f_number, wavelength_um, cell_um, size):
+    """Rings of J1 fall as lambda N / (pi^3 r^3) on average: 8 sin(45 deg) / (pi^3 a) of lambda N beyond a square, 2 a wide."""
+    found = compute_psf(lambda x, y: 0.0 * x, wavelength_um, f_number, cell_um, size)
+    beyond = 8.0 * math.sin(0.25 * math.pi) / math.pi**3 * wavelength_um * f_number / (0.5 * size * cell_um)
+    assert 1.0 - found.sum() == pytest.approx(beyond, rel=0.05)
 
 
 @pytest.mark.parametrize("cell_um", [1.5, 8.4])  # one sample per cell, and several
@@ -23,7 +39,7 @@ def test_the_light_of_cells_is_that_of_the_sum_over_the_pupil_in_double_precisio
     pupil, period = sample_pupil(wavefront_um, 0.55, cell, size, ROUND)
     sample = 1.0 / (period * cell)
     axis = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * sample
-    inside = np.clip(ROUND.depth(axis[None, :], axis[:, None]) / sample + 0.5, 0.0, 1.0)
+    inside = edge_of_samples(ROUND.depth(axis[None, :], axis[:, None]) / sample)
     exact = inside * np.exp(-2j * math.pi / 0.55 * wavefront_um(axis[None, :], axis[:, None]))
     nodes, weights = np.polynomial.legendre.leggauss(points)
     places = cell * (np.arange(-(size // 2), size // 2 + 1)[:, None] + 0.5 * nodes).ravel()
@@ -47,7 +63,7 @@ def test_light_without_fine_detail_is_that_of_the_whole_image_less_its_high_freq
     pupil, period = sample_pupil(wavefront_um, 0.55, cell, size, ROUND)
     sample = 1.0 / (period * cell)
     axis = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * sample
-    inside = np.clip(ROUND.depth(axis[None, :], axis[:, None]) / sample + 0.5, 0.0, 1.0)
+    inside = edge_of_samples(ROUND.depth(axis[None, :], axis[:, None]) / sample)
     exact = inside * np.exp(-2j * math.pi / 0.55 * wavefront_um(axis[None, :], axis[:, None]))
     per_cell = math.ceil(2 * len(pupil) / period)
     turns = np.exp(-2j * math.pi * np.outer(cell * np.arange(per_cell * period) / per_cell, axis))
