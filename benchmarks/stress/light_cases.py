@@ -10,6 +10,8 @@ from simulator.exposure.light_curve import SteadyLight
 from simulator.exposure.line_exposure import add_exposed_lines, expose_lines
 from simulator.exposure.line_times import LineTimes
 from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.wings import add_wings
+from simulator.optics.psf.wings import Wings
 from simulator.optics.veiling_glare import LEAST_OPEN, VeilingGlare, add_veiling_glare
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera_sections import Window
@@ -101,6 +103,30 @@ def run_veiling_glare(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(device.download(arrived, SHAPE, np.float32), exact, size + np.where(fades, veil / LEAST_OPEN, veiled))
 
 
+WING_CELLS = (14, 18)  # of which two on each side lie beyond the frame, with the largest cells
+
+
+def run_wings(device: Device, inputs: Inputs) -> Outcome:
+    """Bilinear between the cells' middles, of light that the host spread over them."""
+    cell_px, x, y = (int(number(inputs, name)) for name in ("cell_px", "x", "y"))
+    mosaic, pattern = device.upload(picture(inputs)), np.full((3, 3), number(inputs, "share") / 9.0)
+    wings = Wings(picture(inputs, "cells")[..., None].astype(np.float64), cell_px, pattern, np.ones(1), 1.0)
+    weights, window = np.ones((1, 1), np.float32), Window(x, y, COLUMNS, ROWS)
+    add_wings(device, mosaic, wings, weights, Cfa.uniform(0).macros(0, 0), window)
+    veil = wings.veil(weights)[0].astype(np.float64)
+    down, across = (
+        np.clip((first + np.arange(count) + 0.5) / cell_px + 0.5, 0.0, size - 1.0)
+        for first, count, size in zip((y, x), SHAPE, veil.shape, strict=True)
+    )
+    top, left = (np.minimum(place.astype(int), size - 2) for place, size in zip((down, across), veil.shape, strict=True))
+    row, column = (down - top)[:, None], across - left
+    near = [[veil[np.ix_(top + j, left + i)] for i in (0, 1)] for j in (0, 1)]
+    above, below = (one + column * (other - one) for one, other in near)
+    kept = np.float64(np.float32(1.0 - pattern.sum())) * picture(inputs)
+    size = kept + np.max([*near[0], *near[1]], axis=0)
+    return Outcome(device.download(mosaic, SHAPE, np.float32), kept + above + row * (below - above), size)
+
+
 CASES = (
     StressCase(
         "line_exposure",
@@ -126,6 +152,21 @@ CASES = (
         run_camera_planes,
         "31 products and their sum in eights",
         most_ulps=32.0,
+    ),
+    StressCase(
+        "wings",
+        ("wings",),
+        {
+            "light": Picture(SHAPE, most=1e37),
+            "cells": Picture(WING_CELLS, most=1e37),
+            "share": Real(0.0, 0.3),
+            "cell_px": Choice((4, 8, 32)),
+            "x": Choice((0, 1, 7)),
+            "y": Choice((0, 5)),
+        },
+        run_wings,
+        "bilinear between four cells: 3 roundings of differences, products and sums each, and a product and a sum",
+        most_ulps=6.0,
     ),
     StressCase(
         "veiling_glare",

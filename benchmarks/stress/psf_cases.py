@@ -7,6 +7,7 @@ import numpy as np
 from helpers.aberrated_walls import SPHERICAL, depth_map, thin_lens
 from helpers.camera_builders import green_camera
 from helpers.green_frames import EXPOSURE
+from helpers.kernels_alone import without_wings
 from helpers.psf_frames import shot_of
 from helpers.scene_builders import band_scene
 from scipy.signal import fftconvolve
@@ -36,7 +37,7 @@ def run_psf(device: Device, inputs: Inputs) -> Outcome:
     unit = plan(shot).optics
     per_plane = float(unit.accuracy.electrons_per_radiance * unit.weights.sum())
     exposure = replace(EXPOSURE, time_s=EXPOSURE.time_s * number(inputs, "electrons") / per_plane)
-    planned = measure(plan(replace(shot, exposure=exposure)), device)
+    planned = measure(without_wings(plan(replace(shot, exposure=exposure))), device)
     found = device.download(expose(planned, device), (PSF_SIDE, PSF_SIDE), np.float32) / planned.optics.weights.sum()
     truth = planes if planned.optics.psf is None else spread_light(planned.optics, planes)
     electrons = number(inputs, "electrons")
@@ -81,7 +82,7 @@ def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
     radii_px = number(inputs, "left_px"), number(inputs, "right_px")
     through = thin_lens(number(inputs, "f_number"), SPHERICAL)
     shot = shot_of(planes, through, depth_map(through, *radii_px))
-    planned = measure(plan(shot), device)
+    planned = measure(without_wings(plan(shot)), device)
     light = device.download(expose(planned, device), planes.shape, np.float32).astype(np.float64)
     psf, middle = planned.optics.psf, PSF_WALLS // 2
     walls = slice(0, middle - BESIDE_STEP_PX), slice(middle + BESIDE_STEP_PX, None)

@@ -5,6 +5,7 @@ from typing import Literal
 
 Limit = Literal["method", "input"]
 PSF = "point spread function"  # effect of the terms of kernels
+WINGS = "wings of diffraction"  # effect of the term of light from beyond them
 
 
 @dataclass(frozen=True)

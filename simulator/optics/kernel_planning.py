@@ -22,6 +22,8 @@ from simulator.optics.psf.psf_errors import focus_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
+from simulator.optics.psf.wings import plan_wings
+from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
@@ -47,6 +49,14 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
         if apart.psf is not None:
             return apart
     return replace(found, spots_error=error)
+
+
+def with_wings(planned: OpticsPlan, seen: Scene) -> OpticsPlan:
+    """Return the plan with the light that diffraction brings from beyond its kernels. seen: the scene as one surface."""
+    if planned.psf is None:
+        return planned
+    wings, left = plan_wings(planned.psf, seen.planes, planned.weights, planned.projection, planned.accuracy)
+    return replace(planned, wings=wings, wings_error=left)
 
 
 def _with_kernels(

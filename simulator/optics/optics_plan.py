@@ -37,6 +37,7 @@ if TYPE_CHECKING:  # what a sharp frame at rest does without
     from simulator.optics.geometry.motion_plan import MotionPlan
     from simulator.optics.psf.field_psf import FieldPsf
     from simulator.optics.psf.lamps import Lamps
+    from simulator.optics.psf.wings import Wings
     from simulator.optics.ray_reference.deep_rays import DeepBlur
 
 
@@ -66,6 +67,8 @@ class OpticsPlan:
     lamps: pixels of the scene that are drawn by themselves behind the PSF; None: none are. lamp_error: of those that are not,
         as a share of the brightest light. focus_error: of kernels at `focus_px` alone, the same. spots_error: of kernels that
         hold a low-pass filter, the same.
+    wings: light of diffraction from beyond the kernels; None: none is added. wings_error: what that leaves, or leaving it out
+        [standard deviations].
     moved_radii: of the maps of blur radii, where they lie on another grid than the light; None: they lie on the scene's.
     motion_skipped: why motion is left out, with its predicted error; None: it is not.
     """
@@ -100,6 +103,8 @@ class OpticsPlan:
     lamp_error: float = 0.0
     focus_error: float = 0.0
     spots_error: float = 0.0
+    wings: "Wings | None" = None
+    wings_error: float = 0.0
 
     @property
     def radius_projection(self) -> Projection:

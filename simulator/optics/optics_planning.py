@@ -182,9 +182,9 @@ def _plan_sensor_optics(
     is_whole = planned.projection.open_side == 1.0 and planned.projection.low_pass_px == 0.0  # nothing is averaged before
     if is_whole and planned.projection.footprint is None and _is_even(planned.scene):
         return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
-    from simulator.optics.kernel_planning import with_psf  # not needed for an even scene
+    from simulator.optics.kernel_planning import with_psf, with_wings  # not needed for an even scene
 
-    return with_psf(planned, lens, sensor, floor, is_at_rest)
+    return with_wings(with_psf(planned, lens, sensor, floor, is_at_rest), scene)
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:

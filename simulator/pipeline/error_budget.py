@@ -15,7 +15,7 @@ from simulator.optics.defocus.predicted_error import (
     terms_by_distance,
 )
 from simulator.optics.defocus.scene_light import mixed_edges_error
-from simulator.optics.error_term import ErrorTerm, Limit
+from simulator.optics.error_term import WINGS, ErrorTerm, Limit
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
 from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan
@@ -25,6 +25,7 @@ from simulator.scene.content_keys import freeze
 ROUNDING = 1.001  # of a prediction that was chosen to be the tolerance
 REFERENCE_SIGMA = 0.05  # what 99.9 % of the photosites keep on the reference path: 3.3 standard errors of its rays
 ILLUMINATION = "relative illumination"  # effect of its term
+TIGHTER, UNKNOWN = "give a smaller tolerance", "it is gone without lens.diffraction and lens.aberrations"
 SMALLEST_SIGMA = 1e-4  # prediction below which a term is not worth a line
 
 
@@ -124,6 +125,14 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
             spots_error=optics.spots_error,
             is_fine=optics.projection.is_fine,
         )
+    if optics.wings_error:
+        cause, fix = "light from beyond the kernels, which is left out", TIGHTER
+        if optics.wings is not None:
+            cause, fix = (
+                "light from beyond the kernels, as even rings",
+                "it is gone without lens.diffraction and lens.aberrations",
+            )
+        terms.append(ErrorTerm(WINGS, cause, optics.wings_error, fix, falls=optics.wings is None))
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))

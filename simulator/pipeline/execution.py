@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.exposure.line_exposure import add_exposed_lines, expose_lines
+from simulator.optics.error_term import WINGS
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.scene_part import find_scene_part
 from simulator.optics.lens.lens import Lens
@@ -248,6 +249,11 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
 
     with timed(still_name(optics) if optics.motion is None else "motion", device):
         mosaic = join_colors(optics, device, through_filter) if optics.joins_colors else through_filter(optics)
+    if optics.wings is not None:
+        from simulator.optics.passes.wings import add_wings
+
+        with timed(WINGS, device):
+            add_wings(device, mosaic, optics.wings, optics.weights, optics.cfa_macros(), optics.window)
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
             add_veiling_glare(device, mosaic, glare, planned.sensor.irradiance, optics.cfa_macros(), optics.window)

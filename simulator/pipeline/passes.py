@@ -13,7 +13,7 @@ import numpy as np
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
-from simulator.optics.error_term import PSF
+from simulator.optics.error_term import PSF, WINGS
 from simulator.optics.geometry.motion_cost import (
     DRIFTING,
     FOUR_READ,
@@ -61,6 +61,7 @@ COST_NS = {
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
     "rays": 160000.0,
+    WINGS: 1.8,
     "veiling glare": 3.0,
     "optical black": 1.0,
     "crosstalk": 4.0,
@@ -117,6 +118,7 @@ def passes_of(
     blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
     image = (
         *(_by_color(one, optics) if optics.joins_colors else one for one in blur),
+        _wings(optics, budget),
         _veiling_glare(optics, budget),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
@@ -374,6 +376,15 @@ def _instants_ms(optics: OpticsPlan, motion: "MotionPlan", budget: ErrorBudget) 
     defocus = _defocus(still, None, budget)
     each = (_projection(still), _radius_statistics(still, defocus), defocus, _psf(still, budget, None))
     return instants_cost_ms(nodes, sum(one.cost_ms for one in each))
+
+
+def _wings(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
+    """Light of diffraction from beyond the kernels."""
+    wings, lacking = optics.wings, "no kernels of diffraction"
+    if optics.wings_error:
+        lacking = f"kernels hold all but {optics.wings_error:.2g} sigma of the light"
+    method = "" if wings is None else f"smooth light of cells of {wings.cell_px} x {wings.cell_px} photosites"
+    return replace(_skippable(WINGS, wings is not None, optics, method, lacking), error_sigma=error_of(budget, WINGS))
 
 
 def _veiling_glare(optics: OpticsPlan, budget: ErrorBudget) -> Pass:

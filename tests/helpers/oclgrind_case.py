@@ -308,12 +308,12 @@ def take_spread() -> None:
 
 
 def take_lamps() -> None:
-    """Lamps that leave the picture before diffraction spreads it."""
+    """Lamps that leave the picture before diffraction spreads it, and the wings of their light."""
     planes, camera = np.full((10, 18, 3), 0.01), small_camera(18, 10, "RGGB")
     planes[[0, 4, 5], [17, 4, 5]] = 1e4
     scene, lens = band_scene(planes, np.inf), ThinLens(50.0, 2.8, diffraction=True)
     planned = measure(plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=1.0)), open_device())
-    assert planned.optics.lamps is not None and planned.optics.lamps.count == 3
+    assert planned.optics.lamps is not None and planned.optics.lamps.count == 3 and planned.optics.wings is not None
     expose(planned, open_device())
     print("done", devices()[0].name)
 

@@ -9,6 +9,7 @@ from scipy.signal import fftconvolve
 
 from helpers.camera_builders import green_camera
 from helpers.green_frames import EXPOSURE, lens
+from helpers.kernels_alone import electrons_by_kernels
 from helpers.lens_error import statistics, z_scores
 from helpers.scene_builders import band_scene
 from simulator.optics.lens.thin_lens import ThinLens
@@ -41,7 +42,7 @@ def shot_of(
 
 def error(shot: Shot, planes: np.ndarray, kernel: np.ndarray, shown: tuple[slice, slice] = (slice(None), slice(None))) -> float:
     """p99.9 of the error against a convolution with this kernel [standard deviations]."""
-    found = simulate(shot).mean_electrons.astype(np.float64)
+    found = electrons_by_kernels(shot)
     truth = fftconvolve(np.pad(planes, MARGIN, mode="edge"), kernel, mode="same")[MARGIN:-MARGIN, MARGIN:-MARGIN]
     truth = np.maximum(truth, 0.0)  # what is below 0 by ringing becomes 0
     scale = found[shown].sum() / truth[shown].sum() / BRIGHTEST_E

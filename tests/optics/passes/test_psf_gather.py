@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from helpers.green_frames import PITCH_UM, lens
+from helpers.kernels_alone import electrons_by_kernels
 from helpers.lens_error import statistics, z_scores
 from helpers.psf_frames import BRIGHTEST_E, SIDE, contrasts, error, shot_of
 from scipy.signal import fftconvolve
@@ -14,7 +15,6 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.psf_cost import gathered_samples
 from simulator.pipeline.planner import measure, plan
-from simulator.pipeline.simulate import simulate
 
 LENSES = {
     "f/8": (lens(8.0, diffraction=True), {}),
@@ -80,7 +80,7 @@ def test_beyond_the_corrections_the_blur_of_an_ideal_lens_is_spread_by_the_kerne
     assert 4.0 < planned.tiles.defocus.corrected_px < 6.0
     assert coarse.any() and not coarse.all()
     ideal = dataclasses.replace(shot, lens=dataclasses.replace(through, diffraction=False))
-    blurred, found = (simulate(one).mean_electrons.astype(np.float64) for one in (ideal, shot))
+    blurred, found = (electrons_by_kernels(one) for one in (ideal, shot))
     truth = fftconvolve(blurred, planned.optics.psf.kernel(0, 0, False, 0, 0)[0], mode="same")
     shown = slice(88, SIDE - 32), slice(32, SIDE - 32)
     assert statistics(z_scores(found[shown] / BRIGHTEST_E, truth[shown] / BRIGHTEST_E, BRIGHTEST_E)).p99_9 < 0.1
@@ -95,7 +95,7 @@ def test_smooth_light_takes_fewer_samples_to_a_tenth_of_the_noise():
         psf = plan(shot).optics.psf
         samples[interpolation] = gathered_samples(psf)
         assert psf.over == 1
-        light, found = (simulate(one).mean_electrons.astype(np.float64) for one in (sharp, shot))
+        light, found = (electrons_by_kernels(one) for one in (sharp, shot))
         truth = fftconvolve(light, psf.kernel(0, 0, False, 0, 0)[0], mode="same")
         shown = slice(32, SIDE - 32), slice(32, SIDE - 32)
         assert statistics(z_scores(found[shown] / BRIGHTEST_E, truth[shown] / BRIGHTEST_E, BRIGHTEST_E)).p99_9 < 0.1

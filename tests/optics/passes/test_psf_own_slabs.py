@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 from helpers.aberrated_walls import SPHERICAL, depth_at, thin_lens
+from helpers.kernels_alone import electrons_by_kernels
 from helpers.lens_error import statistics, z_scores
 from helpers.psf_frames import BRIGHTEST_E, MARGIN, SIDE, contrasts, shot_of
 
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.pipeline.planner import plan
-from simulator.pipeline.simulate import simulate
 
 
 def test_radii_between_the_slabs_have_their_own_kernels():
@@ -20,7 +20,7 @@ def test_radii_between_the_slabs_have_their_own_kernels():
     planes, through = contrasts(), thin_lens(8.0, SPHERICAL)
     radius_px = np.linspace(1.0, 1.8, SIDE)
     shot = shot_of(planes, through, np.broadcast_to(depth_at(through, radius_px), (SIDE, SIDE)).astype(np.float32))
-    psf, found = plan(shot).optics.psf, simulate(shot).mean_electrons.astype(np.float64)
+    psf, found = plan(shot).optics.psf, electrons_by_kernels(shot)
     columns = range(20, SIDE - 16, 24)
     truth = np.stack([column_of(planes, psf, float(radius_px[column]), column) for column in columns], axis=1)
     scale = found[:, columns].sum() / truth.sum() / BRIGHTEST_E

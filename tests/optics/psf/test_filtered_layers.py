@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from helpers.green_frames import PITCH_UM
+from helpers.kernels_alone import electrons_by_kernels
 from helpers.lens_error import statistics, z_scores
 from helpers.psf_frames import BRIGHTEST_E, shot_of
 from helpers.scene_builders import FixedScene
@@ -18,7 +19,6 @@ from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import simulate
 from simulator.scene.scene import Layer
 
 SIDE, SHOWN = 160, slice(32, 128)
@@ -70,7 +70,7 @@ def error_of(shot: Shot, kind: str) -> float:
     bare = dataclasses.replace(optics.psf, sampling=Sampling(), core=None, seen=None)
     at = (dataclasses.replace(bare, radii_px=(float(one),)) for one in optics.defocus.radii_px)
     truth = seen_through_spots(kind, [one.kernel(0, 0, False, 0, 0)[0] for one in at])[SHOWN, SHOWN]
-    found = simulate(shot).mean_electrons.astype(np.float64)[SHOWN, SHOWN]
+    found = electrons_by_kernels(shot)[SHOWN, SHOWN]
     scale = found.sum() / truth.sum() / BRIGHTEST_E
     return statistics(z_scores(found / (scale * BRIGHTEST_E), truth, BRIGHTEST_E)).p99_9
 
