@@ -27,7 +27,8 @@ def allot(
 
     make: plans the optics with each approximation at a tolerance. budget_of: gives what a plan leaves.
     make_sharp: plans them with blur left out, as a larger tolerance does where circles are small; None: nothing does. What
-    follows a blur may leave more than the blur does: that plan is returned where none keeps the tolerance and it leaves least.
+    follows a blur may leave more than the blur does: that plan is returned where none keeps the tolerance and it leaves least,
+    with what a blur takes of a background that the scene does not hold.
     The first plan has the whole tolerance for each. Where their sum is larger, those that can be finer get a smaller share in
     proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as they
     are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves more, as
@@ -48,7 +49,7 @@ def allot(
     plans = [first] if finer is None else [finer, first]
     if make_sharp is not None and may_be_sharp(first):
         plans.append(make_sharp())
-    return _looser(min(plans, key=lambda one: budget_of(one).predicted_sigma), tolerance, make, budget_of)
+    return _looser(min(plans, key=lambda one: budget_of(one).total_sigma), tolerance, make, budget_of)
 
 
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -> OpticsPlan:
