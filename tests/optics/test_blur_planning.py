@@ -13,12 +13,17 @@ from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import LENS, PX_PER_DIOPTRE, depth_of
 from helpers.light_through_filter import through_filter
 from helpers.scene_builders import band_scene
+from scipy.ndimage import map_coordinates
+from scipy.signal import fftconvolve
 
 from simulator import load_shot, simulate
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.pupil.pupil import Pupil, PupilStop
+from simulator.pipeline.error_budget import error_budget
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
@@ -138,3 +143,43 @@ def test_dark_photosites_beside_edges_of_a_fine_scene_behind_a_kernel_keep_the_t
     assert not plan(shot).error_budget.is_clamped
     exact, found = (simulate(dataclasses.replace(shot, tolerance=one)).mean_electrons.astype(float) for one in (0.0, 0.1))
     assert np.quantile(np.abs(found - exact) / np.sqrt(np.maximum(exact, 1.0)), 0.999) < 0.1
+
+
+def test_a_small_circle_that_rims_clip_counts_by_where_its_middle_lies(tmp_path):
+    """Edges behind circles of 0.037 photosites: their light lies beside the axis at the corner, by more than they blur."""
+    shot = dataclasses.replace(load_shot(draw_shot(5801, 41).write(tmp_path)), motion=None)
+    planned = plan(shot)
+    assert planned.optics.defocus is None and planned.optics.ignored_px > 0.0
+    found, truth = (simulate(dataclasses.replace(shot, tolerance=one)).mean_electrons.astype(float) for one in (0.03, 0.0))
+    left = float(np.quantile(np.abs(found - truth) / np.sqrt(np.maximum(truth, 1.0)), 0.999))
+    without = dataclasses.replace(planned.optics, contrast=dataclasses.replace(planned.optics.contrast, shifted=0.0))
+    assert 2.0 * error_budget(without).predicted_sigma < left < planned.error_budget.predicted_sigma
+
+
+def test_the_middle_of_a_clipped_pupil_lies_beside_the_axis():
+    """Two disks that overlap, the other 1.2 radii wide and 0.6 aside at the corner, on a fine grid."""
+    eyes = CatsEyes(Pupil(stops=(PupilStop(1.2, 2.0),)), 0.3 / 25.0, 40, 30)
+    y, x = np.mgrid[-1.0:1.0:2001j, -1.0:1.0:2001j]
+    is_open = (x**2 + y**2 <= 1.0) & ((x - 0.6) ** 2 + y**2 <= 1.2**2)
+    assert eyes.farthest_shift() == pytest.approx(x[is_open].mean(), abs=0.01)
+    assert CatsEyes(Pupil(stops=(PupilStop(3.0, 2.0),)), 0.3 / 25.0, 40, 30).farthest_shift() < 0.02
+
+
+def test_light_that_bends_along_both_axes_counts_as_both_where_no_blur_is_computed():
+    """Single bright pixels of two photosites, bilinear, behind a circle of a tenth: in float64 on 24 cells per photosite."""
+    rows, pixels, cells, radius_px = 80, 41, 24, 0.1
+    light = 0.3 + 0.7 * (np.random.default_rng(5).random((pixels, pixels)) < 0.05)
+    shot = Shot(band_scene(light, depth_of(radius_px)), LENS, Exposure(1e-5), small_camera(rows, rows), tolerance=0.3)
+    longer = Exposure(1e-5 * 3000.0 / plan(shot).optics.accuracy.electrons)
+    planned = plan(dataclasses.replace(shot, exposure=longer))
+    assert planned.optics.defocus is None
+    place = (np.arange(rows * cells) + 0.5) / cells * pixels / rows - 0.5
+    fine = map_coordinates(light, np.meshgrid(place, place, indexing="ij"), order=1, mode="nearest")
+    away = np.arange(-cells, cells + 1) / cells
+    disk = (np.hypot(away[:, None], away[None, :]) <= radius_px).astype(float)
+    blurred = fftconvolve(np.pad(fine, cells, mode="edge"), disk / disk.sum(), mode="same")[cells:-cells, cells:-cells]
+    sharp, truth = (one.reshape(rows, cells, rows, cells).mean(axis=(1, 3)) for one in (fine, blurred))
+    accuracy = planned.optics.accuracy
+    per_light = accuracy.electrons_per_radiance * float(planned.optics.weights.max())
+    z = per_light * np.abs(sharp - truth) / np.sqrt(per_light * truth + accuracy.read_noise_e**2)
+    assert 0.5 < float(np.quantile(z, 0.999)) / planned.error_budget.predicted_sigma < 1.05

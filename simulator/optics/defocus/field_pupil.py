@@ -83,6 +83,14 @@ class CatsEyes:
             ]
         )
 
+    def farthest_shift(self) -> float:
+        """Distance of the middle of what is open from that of the pupil, at the corner of the sensor [pupil radii]."""
+        field = self.open_fields(self.fields(0.0, 0.0)[None])[0]
+        points = self.pupil.points(TRIED)
+        passed = [((points - stop.shift * field) ** 2).sum(axis=1) <= stop.radius**2 for stop in self.pupil.stops]
+        is_open = np.logical_and.reduce(passed)
+        return float(np.hypot(*points[is_open].mean(axis=0))) if is_open.any() else 1.0
+
     def _open_field(self, field: np.ndarray) -> np.ndarray:
         """Farthest field from the axis, on the line to this one, at which the pupil is open; by bisection."""
         inner, outer = 0.0, 1.0

@@ -87,7 +87,7 @@ def error_terms(
 
     if max(ignored, default=0.0) > 0.0 and not (reads_pixels and max(ignored) * own.pupil.corner_radius <= 0.5):
         smooth = detail * copy_error(max(ignored)) if contrast.crossed is None else contrast.crossed
-        left_out = max(smooth, OF_CROSSING * crossing_error(max(ignored), accuracy.detail))
+        left_out = max(smooth, OF_CROSSING * crossing_error(max(ignored), accuracy.detail)) + max(ignored) * contrast.shifted
         add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER, falls=True)
     if not blurred:
         return terms
@@ -319,6 +319,7 @@ def ignored_error(
         lamp if is_fine else 0.0,
         OF_BENDS * radius_px * contrast.curvature if is_unknown and not reads_pixels else 0.0,
     )
+    left_out += radius_px * contrast.shifted
     if reads_pixels and radius_px <= INSIDE_PX:
         left_out = 0.0
     cause = f"no blur up to a radius of {radius_px:.2g}"

@@ -16,7 +16,7 @@ from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import layer_contrast
 from simulator.optics.defocus.path_contrast import PART_PX, PARTS, parts_around
 from simulator.optics.defocus.path_weights import lattices, pixels_of
-from simulator.optics.defocus.scene_light import LAMP, MOST, composite, flattened_error, seen_contrast, shifted
+from simulator.optics.defocus.scene_light import LAMP, MOST, composite, flattened_error, scene_detail, seen_contrast, shifted
 from simulator.optics.defocus.strip_contrast import curvatures
 from simulator.scene.occluded_background import EDGE_PX
 from simulator.scene.scene import Layer, Scene
@@ -71,6 +71,8 @@ class SceneContrast:
         that of the curvature.
     crossings: light that crosses the borders of photosites of a fine scene behind a circle that is left out, per radius in
         photosites, that of lamps left out, where all borders count; 0: not measured, or one pixel per photosite and fewer.
+    shifted: light that a pupil clipped by rims moves aside where its circle is left out, per radius in photosites: its middle
+        lies beside the axis; 0: no rim clips.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """
 
@@ -97,6 +99,7 @@ class SceneContrast:
     hidden: float = 0.0
     crossed: float | None = None
     crossings: float = 0.0
+    shifted: float = 0.0
 
 
 def scene_contrast(
@@ -137,7 +140,16 @@ def scene_contrast(
         lamp_px=min(_least_lamp_px(*pair, to_share) for pair in layers) if defocus.accuracy.has_lamps else math.inf,
         hidden=steps.hidden,
         bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
+        shifted=_shifted(scene, weights, per_share, defocus),
     )
+
+
+def _shifted(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> float:
+    """Return `SceneContrast.shifted`: at the corner of the sensor, of differences between pixels."""
+    if defocus.eyes is None:
+        return 0.0
+    detail = scene_detail(scene, weights, per_share * defocus.accuracy.electrons, defocus.accuracy)
+    return math.sqrt(2.0) * defocus.eyes.farthest_shift() * detail * min(defocus.scale, 1.0)  # along both axes
 
 
 def _brightest_spot(scene: Scene, number: int, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
@@ -226,7 +238,8 @@ def sharp_contrast(
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
     few = max(_brightest_of_few(layer, per_share * weights) for layer in scene.layers)
     crossings = _crossings(scene, per_share * weights, defocus) if accuracy.detail else 0.0
-    return SceneContrast(curvature=max(every), flattened=flattened, few=few, crossings=crossings)
+    shifted = _shifted(scene, weights, per_share, defocus)
+    return SceneContrast(curvature=max(every), flattened=flattened, few=few, crossings=crossings, shifted=shifted)
 
 
 def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:

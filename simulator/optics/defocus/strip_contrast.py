@@ -31,7 +31,8 @@ def curvatures(
         if len(layers) > 1:
             seen = [(one.planes[part] @ to_share, None if one.coverage is None else one.coverage[part]) for one in layers]
             around = np.maximum(around, composite(seen).reshape(*shape, -1).mean(axis=(1, 3))[1, 1:-1])
-        own = seen_contrast(np.maximum(np.abs(across), np.abs(down)), around, accuracy).max(axis=1)
+        bends = np.maximum(np.maximum(np.abs(across), np.abs(down)), np.abs(across + down))
+        own = seen_contrast(bends, around, accuracy).max(axis=1)
         found.append(own)
         if not is_inside:
             continue
