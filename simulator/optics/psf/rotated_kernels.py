@@ -21,7 +21,6 @@ FIELD_STEPS = 8  # of the computed field radii, from the centre to the corner
 BLADE_STEPS = (0, 2, 4, 6, 8)  # of these, at which what blades change is computed
 BLADE_TURNS = 4  # angles between field and blades at which it is, over the angle from one corner to the next
 CUBIC = 4  # nodes of an interpolation
-LINES = 256  # of arrays that are summed together
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class RotatedKernels:
         return {radius_px: self._size_px(radius_px) for radius_px in self.radii_px}
 
     def kernels(self, field_xy: tuple[float, float]) -> np.ndarray:
-        """Response of photosites at the computed radii and an image point, (radii, channels, size, size) float64.
+        """Response of photosites at the computed radii and an image point, (radii, channels, size, size) float32.
 
         field_xy: over the sensor's half diagonal, x to the right and y down. The sum is below 1 by the light outside.
         """
@@ -59,23 +58,26 @@ class RotatedKernels:
 
     def computed_kernels(self, field_xy: tuple[float, float]) -> np.ndarray:
         """`kernels` by wave optics at this place, without interpolation."""
-        return self.photosites(
-            np.stack([self._samples(radius_px, field_xy, self.lens_psf.opening) for radius_px in self.radii_px])
-        )
+        made = np.stack([self._samples(radius_px, field_xy, self.lens_psf.opening) for radius_px in self.radii_px])
+        return self.photosites(_by_place(made))
 
     def photosites(self, samples: np.ndarray) -> np.ndarray:
-        """Response of photosites to the light of `samples`, (..., size, size)."""
-        down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.lens_psf.pitch_um)
-        return np.asarray(down @ samples @ down.T)
+        """Response of photosites to the light of `samples`, (radii, channels, size, size) float32."""
+        down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.lens_psf.pitch_um).astype(np.float32)
+        rows, columns, *kernels = samples.shape
+        tall = (down @ samples.reshape(rows, -1)).reshape(len(down), columns, -1)
+        return np.asarray(np.moveaxis(down @ tall, -1, 0).reshape(*kernels, len(down), len(down)))
 
     def samples(self, field_xy: tuple[float, float]) -> np.ndarray:
-        """Light of a point at the computed radii, SAMPLES per photosite and axis: (radii, channels, samples, samples)."""
+        """Light of a point at the computed radii, SAMPLES per photosite and axis.
+
+        (samples, samples, radii, channels) float32: what is done with a place is done with all kernels there.
+        """
         height, angle_rad = math.hypot(*field_xy), math.atan2(field_xy[1], field_xy[0])
         fine = self._at_field(height, angle_rad)
-        count = fine.shape[-1]
         if self.varies:
-            turned = _rotation(count, round(angle_rad, 12)) @ fine.reshape(-1, count * count).T
-            fine = turned.T.reshape(fine.shape)
+            count = len(fine)
+            fine = (_rotation(count, round(angle_rad, 12)) @ fine.reshape(count * count, -1)).reshape(fine.shape)
         return fine
 
     @property
@@ -102,22 +104,22 @@ class RotatedKernels:
         return _weighted_sum(parts)
 
     def _fine(self, step: int) -> np.ndarray:
-        """Samples at a computed field radius, (radii, channels, samples, samples); -1: beyond the centre, mirrored.
+        """Samples at a computed field radius, as of `samples`; -1: beyond the centre, mirrored.
 
         Where `varies` those of a round pupil.
         """
         if step < 0:
-            return self._fine(-step)[..., ::-1]
+            return self._fine(-step)[:, ::-1]
         if step not in self._made:
             self._made[step] = self._computed(step, ROUND if self.has_blades else self.lens_psf.opening)
         return self._made[step]
 
     def _blade_change(self, step: int) -> np.ndarray:
-        """What blades change at a computed field radius, (BLADE_TURNS, radii, channels, samples, samples)."""
+        """What blades change at a computed field radius, BLADE_TURNS times what `samples` has."""
         if step not in self._changes:
             opening, turn_rad = self.lens_psf.opening, 2.0 * math.pi / (BLADE_TURNS * self.lens_psf.opening.blades)
             ways = [self._computed(step, opening.with_corner(turn * turn_rad)) for turn in range(BLADE_TURNS // 2 + 1)]
-            ways += [way[..., ::-1, :] for way in ways[-2:0:-1]]  # the field has the blades' mirror image on its other side
+            ways += [way[::-1] for way in ways[-2:0:-1]]  # the field has the blades' mirror image on its other side
             self._changes[step] = np.stack(ways) - self._fine(step)
         return self._changes[step]
 
@@ -126,7 +128,7 @@ class RotatedKernels:
         made = np.stack(
             in_threads(lambda radius_px: self._samples(radius_px, (step / FIELD_STEPS, 0.0), opening), self.radii_px)
         )
-        return _spline_coefficients(made) if self.varies else made
+        return _by_place(_spline_coefficients(made) if self.varies else made)
 
     def _samples(self, radius_px: float, field_xy: tuple[float, float], opening: Opening) -> np.ndarray:
         size_px = self._sizes_px[radius_px]
@@ -151,14 +153,17 @@ class RotatedKernels:
         return {}
 
 
+def _by_place(kernels: np.ndarray) -> np.ndarray:
+    """Kernels (radii, channels, samples, samples) by place, (samples, samples, radii, channels) float32."""
+    return np.ascontiguousarray(np.moveaxis(kernels, (0, 1), (2, 3)), np.float32)
+
+
 def _weighted_sum(parts: list[tuple[float, np.ndarray]]) -> np.ndarray:
-    """Sum of arrays with a weight each, of any one shape; float64."""
-    found = np.zeros(parts[0][1].shape)
-    lines = found.reshape(-1, parts[0][1].shape[-1])
-    for start in range(0, len(lines), LINES):  # which the cache holds
-        here = slice(start, start + LINES)
-        for weight, part in parts:
-            lines[here] += weight * part.reshape(lines.shape)[here]
+    """Sum of arrays with a weight each, of any one shape (rows, ...); float32."""
+    found = np.zeros(parts[0][1].shape, np.float32)
+    for line, *lines in zip(found, *(part for _, part in parts), strict=True):  # which the cache holds
+        for (weight, _), part in zip(parts, lines, strict=True):
+            line += np.float32(weight) * part
     return found
 
 
@@ -197,8 +202,8 @@ def _rotation(count: int, angle_rad: float) -> "csr_matrix":
     columns = top[:, :, None] * count + left[:, None, :]
     weights = down[:, :, None] * across[:, None, :]
     inside = ((top >= 0) & (top < count))[:, :, None] & ((left >= 0) & (left < count))[:, None, :]
-    weights, columns = np.where(inside, weights, 0.0), np.where(inside, columns, 0)
-    starts = 16 * np.arange(count * count + 1)
+    weights, columns = np.where(inside, weights, 0.0).astype(np.float32), np.where(inside, columns, 0).astype(np.int32)
+    starts = 16 * np.arange(count * count + 1, dtype=np.int32)
     return csr_matrix((weights.ravel(), columns.ravel(), starts), shape=(count * count, count * count))
 
 

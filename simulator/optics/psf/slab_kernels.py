@@ -210,7 +210,7 @@ def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], f
 def _blade_bytes(lens: WavefrontPsf, radii_px: list[float], reach_px: int) -> int:
     """Memory of what blades change, of kernels with this reach."""
     samples = len(radii_px) * len(lens.wavelengths_nm) * (SAMPLES * (2 * reach_px + 1)) ** 2
-    return 8 * BLADE_TURNS * len(BLADE_STEPS) * samples
+    return 4 * BLADE_TURNS * len(BLADE_STEPS) * samples
 
 
 @lru_cache(maxsize=8)
@@ -249,11 +249,11 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
     source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin)
 
     def tables(field_xy: tuple[float, float]) -> _Tables:
-        samples = source.samples(field_xy)[..., ::-1, ::-1]
-        kernels = source.photosites(samples) / within[:, None, None]
+        samples = source.samples(field_xy)
+        kernels = source.photosites(samples)[..., ::-1, ::-1] / within[:, None, None]
         spare = (smooth.shape[-1] - kernels.shape[-1]) // 2
         near = slice(spare, spare + kernels.shape[-1])
-        return _Tables(np.asarray(kernels - smooth[:, near, near]), smooth[:, near, near], samples)
+        return _Tables(np.asarray(kernels - smooth[:, near, near]), smooth[:, near, near], samples[::-1, ::-1])
 
     zones = _reaches(psf, tables)
     rows, columns = psf.nodes
@@ -292,7 +292,7 @@ class _Tables:
     """Gather tables of a place.
 
     cores: (slabs, channels, size, size) what the cores should be. smooth: (channels, size, size) what the tail gives beside
-    them. samples: (slabs, channels, samples, samples) light of a point, mirrored as they are.
+    them. samples: (samples, samples, slabs, channels) light of a point, mirrored as they are.
     """
 
     cores: np.ndarray
@@ -325,7 +325,7 @@ def _slab_reaches(places: list[_Tables], psf: FieldPsf, seen: Visibility) -> np.
     found = np.zeros((len(psf.radii_px), 2), int)
     for one in places:
         for slab, channel in itertools.product(range(len(found)), range(len(one.smooth))):
-            shown = ShownKernel(one.samples[slab, channel], psf.sampling, psf.pitch_um, seen)
+            shown = ShownKernel(one.samples[:, :, slab, channel], psf.sampling, psf.pitch_um, seen)
             limits_px = int(found[slab, 0]), psf.core.reach_px
             reach_px = _smooth_reach(one.cores[slab, channel], one.smooth[channel], shown, *limits_px)
             found[slab, 0] = max(found[slab, 0], reach_px)
