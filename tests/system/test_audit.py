@@ -33,6 +33,7 @@ from rich.console import Console
 
 from simulator import load_shot
 from simulator.optics.defocus.lamp_images import square_image
+from simulator.optics.error_term import WINGS
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import measure, plan
 from simulator.sensor.camera.cfa import Cfa
@@ -250,6 +251,18 @@ def test_the_float64_sum_has_the_closed_form_within_its_error(tmp_path):
     assert is_simple(shot, planned) and exact is not None
     z = (summed.electrons - exact.electrons) / np.maximum(summed.error, 1e-3)
     assert 0.5 < np.sqrt(np.mean(z**2)) < 3.0  # Student's t of three degrees of freedom
+
+
+def test_wings_of_diffraction_that_a_truth_shares_do_not_count_as_its_error(tmp_path, device):
+    """A bright and a dark half in focus, where the reference has no other error."""
+    light = np.where(np.arange(40) < 20, 1.0, 0.01) * np.ones((32, 1))
+    lens = {"focal_length": "50 mm", "f_number": "f/16", "focus_distance": "1.97 m", "diffraction": True}
+    shot = simple_shot(tmp_path, lens=lens, camera={"base": "ideal", "width": 40, "height": 32})
+    np.save(tmp_path / "light.npy", light.astype(np.float32))
+    reference = plan(dataclasses.replace(shot, tolerance=0.0)).error_budget
+    assert reference.sigma_of(WINGS) == pytest.approx(reference.predicted_sigma) and reference.predicted_sigma > 0.02
+    _, sigma = true_electrons(shot, device, 0.01)
+    assert sigma < 1e-6
 
 
 BLADES = {"focal_length": "50 mm", "f_number": "f/2", "focus_distance": "2 m", "aperture": {"blades": 5, "rotation": "20 deg"}}
