@@ -18,6 +18,16 @@ def edge_of_samples(depth: np.ndarray) -> np.ndarray:
     return np.interp(depth, steps, rises / rises[-1])
 
 
+def exact_pupil(wavefront_um, cell_um: float, size: int) -> tuple[np.ndarray, np.ndarray, float, int]:
+    """Amplitude of a round pupil's samples in double precision, their places, their side, and the image's period [cells]."""
+    cell = cell_um / (2.0 * 0.55 * 5.6)
+    pupil, period = sample_pupil(wavefront_um, 0.55, cell, size, ROUND)
+    sample = 1.0 / (period * cell)
+    axis = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * sample
+    inside = edge_of_samples(ROUND.depth(axis[None, :], axis[:, None]) / sample)
+    return inside * np.exp(-2j * math.pi / 0.55 * wavefront_um(axis[None, :], axis[:, None])), axis, sample, period
+
+
 @pytest.mark.parametrize(("f_number", "wavelength_um", "cell_um", "size"), [(8.0, 0.55, 1.0, 201), (2.8, 0.5, 0.6, 101)])
 def test_the_light_beyond_an_image_is_what_the_edge_of_the_pupil_scatters(f_number, wavelength_um, cell_um, size):
     """Rings of J1 fall as lambda N / (pi^3 r^3) on average: 8 sin(45 deg) / (pi^3 a) of lambda N beyond a square, 2 a wide."""
@@ -35,12 +45,8 @@ def test_the_light_of_cells_is_that_of_the_sum_over_the_pupil_in_double_precisio
 
     size, points = 21, 12
     found = compute_psf(wavefront_um, 0.55, 5.6, cell_um, size)
+    exact, axis, sample, _ = exact_pupil(wavefront_um, cell_um, size)
     cell = cell_um / (2.0 * 0.55 * 5.6)
-    pupil, period = sample_pupil(wavefront_um, 0.55, cell, size, ROUND)
-    sample = 1.0 / (period * cell)
-    axis = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * sample
-    inside = edge_of_samples(ROUND.depth(axis[None, :], axis[:, None]) / sample)
-    exact = inside * np.exp(-2j * math.pi / 0.55 * wavefront_um(axis[None, :], axis[:, None]))
     nodes, weights = np.polynomial.legendre.leggauss(points)
     places = cell * (np.arange(-(size // 2), size // 2 + 1)[:, None] + 0.5 * nodes).ravel()
     turns = np.exp(-2j * math.pi * np.outer(places, axis))
@@ -59,13 +65,9 @@ def test_light_without_fine_detail_is_that_of_the_whole_image_less_its_high_freq
         return 0.7 * (x**2 + y**2) * x + 0.3 * x**2 + tilt_um * y
 
     found = compute_psf(wavefront_um, 0.55, 5.6, cell_um, size, kept=kept)
+    exact, axis, sample, period = exact_pupil(wavefront_um, cell_um, size)
     cell = cell_um / (2.0 * 0.55 * 5.6)
-    pupil, period = sample_pupil(wavefront_um, 0.55, cell, size, ROUND)
-    sample = 1.0 / (period * cell)
-    axis = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * sample
-    inside = edge_of_samples(ROUND.depth(axis[None, :], axis[:, None]) / sample)
-    exact = inside * np.exp(-2j * math.pi / 0.55 * wavefront_um(axis[None, :], axis[:, None]))
-    per_cell = math.ceil(2 * len(pupil) / period)
+    per_cell = math.ceil(2 * len(axis) / period)
     turns = np.exp(-2j * math.pi * np.outer(cell * np.arange(per_cell * period) / per_cell, axis))
     light = np.abs(turns @ exact @ turns.T) ** 2 * cell**2 * sample**4 / math.pi
     frequency = np.abs(np.fft.fftfreq(per_cell * period, 1.0 / per_cell))
