@@ -21,6 +21,7 @@ from simulator.optics.psf.wavefront_psf import WavefrontPsf
 FARTHEST = 32.0  # reach of the wings, in that of kernels
 LEAST_CELL_PX = 4  # photosites across a cell
 PARTS = 4  # of a cell, along an axis, at which the pattern is summed
+TOGETHER = 32  # rows of cells that are read in one go
 SKIPPED_SHARE = 0.25  # of the tolerance: effect below which wings are left out
 LEFT = 0.15  # share of their effect that means over cells leave, and what lies beyond FARTHEST
 LEAST_SIGMA = 1e-4  # effect that is rounding
@@ -92,7 +93,7 @@ def plan_wings(
     sides = zip(psf.sensor_px[::-1], (projection.offset_y, projection.offset_x), planes.shape[:2], strict=True)
     rows, columns = (_starts(side, offset, projection.scale, pixels, cell_px, margin) for side, offset, pixels in sides)
     found = Wings(_means(planes, rows, columns), cell_px, pattern, lambda_n_px, 0.0)
-    least, most = (join.reduceat(join.reduceat(planes, rows, axis=0), columns, axis=1) for join in (np.minimum, np.maximum))
+    least, most = (_joined(join, planes, rows, columns) for join in (np.minimum, np.maximum))
     effect = _effect(found, (least, most), weights, accuracy)
     if accuracy.tolerance and effect <= SKIPPED_SHARE * accuracy.tolerance:
         return None, effect
@@ -144,9 +145,19 @@ def _starts(photosites: int, offset: float, scale: float, pixels: int, cell_px: 
 
 def _means(planes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Means of planes over cells that begin at these pixels; one pixel each where several begin at the same."""
-    down = np.add.reduceat(planes, rows, axis=0, dtype=np.float64)
-    sums = np.add.reduceat(down, columns, axis=1)
+    sums = _joined(np.add, planes, rows, columns)
     tall, wide = (
         np.maximum(np.diff(starts, append=size), 1) for starts, size in zip((rows, columns), planes.shape[:2], strict=True)
     )
     return np.asarray(sums / (tall[:, None, None] * wide[None, :, None]))
+
+
+def _joined(join: np.ufunc, planes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Join planes over cells that begin at these pixels, (rows, columns, bands) float64; some rows of cells at a time."""
+    found = []
+    for first in range(0, len(rows), TOGETHER):
+        starts, after = rows[first : first + TOGETHER], np.append(rows, len(planes))[min(first + TOGETHER, len(rows))]
+        part = planes[starts[0] : max(after, starts[-1] + 1)]
+        lines = join.reduceat(part, starts - starts[0], axis=0, dtype=np.float64)
+        found.append(join.reduceat(lines, columns, axis=1))
+    return np.concatenate(found)
