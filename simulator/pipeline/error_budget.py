@@ -102,8 +102,8 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     blur = optics.moving_blur
     if blur is None:
         terms += ignored_terms(optics)
-    elif accuracy.tolerance == 0.0 and (optics.moves_pixels or not _rays_meet_pixels(optics)):
-        terms += ray_terms(blur, contrast)
+    elif accuracy.tolerance == 0.0 and (optics.moves_pixels or optics.projection.is_bilinear or not _rays_meet_pixels(optics)):
+        terms += ray_terms(blur, contrast, is_bilinear=optics.projection.is_bilinear)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels, is_aside=_reads_aside(optics))
     else:

@@ -183,3 +183,13 @@ def test_light_that_bends_along_both_axes_counts_as_both_where_no_blur_is_comput
     per_light = accuracy.electrons_per_radiance * float(planned.optics.weights.max())
     z = per_light * np.abs(sharp - truth) / np.sqrt(per_light * truth + accuracy.read_noise_e**2)
     assert 0.5 < float(np.quantile(z, 0.999)) / planned.error_budget.predicted_sigma < 1.05
+
+
+def test_rays_state_what_samples_of_a_scene_of_fewer_pixels_leave(tmp_path):
+    """Noise of two photosites to a pixel behind a low-pass filter, whose spots end within samples: blur hardly counts."""
+    shot = load_shot(draw_shot(5903, 172).write(tmp_path))
+    rays = plan(dataclasses.replace(shot, tolerance=0.0))
+    found, exact = (simulate(dataclasses.replace(shot, tolerance=one)).mean_electrons.astype(float) for one in (0.0, 0.1))
+    left = float(np.quantile(np.abs(found - exact) / np.sqrt(exact), 0.999))
+    assert 0.5 * rays.error_budget.predicted_sigma < left < rays.error_budget.predicted_sigma + 0.06  # of rays and blur
+    assert "samples of a photosite" in rays.warnings()[0]

@@ -47,6 +47,7 @@ from simulator.optics.error_term import ErrorTerm, Limit
 
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
+WHOLE_SCENE = "give a scene of a pixel per photosite, or a tolerance above 0"
 EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 INSIDE_PX = 0.32  # blur radius up to which the image of any aperture stays inside a photosite: a triangle reaches 1.56 radii
@@ -199,9 +200,18 @@ def _spot_shares(defocus: Defocus, contrast: SceneContrast, *, reads_pixels: boo
     return mixed, max([area.beyond(samples), *shadows])
 
 
-def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:
-    """Predict what rays leave whose samples, `ray_samples` per axis of a photosite, mix parts of a fine scene's pixels."""
+def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, is_bilinear: bool = False) -> list[ErrorTerm]:
+    """Predict what rays leave whose samples, `ray_samples` per axis of a photosite, mix parts of a fine scene's pixels.
+
+    is_bilinear: whether the scene has fewer pixels than photosites, with light that is bilinear between them. Samples are even
+        squares, too, in which it bends: by 1 / 24 n^2 of its second difference where circles or a filter end within them.
+    """
     accuracy, smallest_px = defocus.accuracy, min(least for least, _ in defocus.of_scene().ranges_px)
+    if is_bilinear:
+        behind = 2.0 * contrast.ends if smallest_px >= 1.0 else math.inf
+        bend = min(contrast.curvature, behind or math.inf)
+        cause = f"rays that meet {accuracy.ray_samples} x {accuracy.ray_samples} samples of a photosite, in which light bends"
+        return [ErrorTerm(BLUR, cause, accuracy.in_sigma(bend / (24.0 * accuracy.ray_samples**2)), WHOLE_SCENE)]
     if not accuracy.detail:
         return []
     left = OF_SQUARES * float(square_error(np.array(smallest_px), accuracy.ray_samples, defocus.scale, accuracy.detail))
