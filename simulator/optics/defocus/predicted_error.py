@@ -47,6 +47,7 @@ from simulator.optics.error_term import ErrorTerm, Limit
 
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
+OF_BOTH = 1.3  # second difference of random light along both axes, over the larger of them: 99.9 % of the photosites
 WHOLE_SCENE = "give a scene of a pixel per photosite, or a tolerance above 0"
 EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
@@ -211,7 +212,7 @@ def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, is_bilinear:
         behind = 2.0 * contrast.ends if smallest_px >= 1.0 else math.inf
         bend = min(contrast.curvature, behind or math.inf)
         cause = f"rays that meet {accuracy.ray_samples} x {accuracy.ray_samples} samples of a photosite, in which light bends"
-        return [ErrorTerm(BLUR, cause, accuracy.in_sigma(bend / (24.0 * accuracy.ray_samples**2)), WHOLE_SCENE)]
+        return [ErrorTerm(BLUR, cause, accuracy.in_sigma(OF_BOTH * bend / (24.0 * accuracy.ray_samples**2)), WHOLE_SCENE)]
     if not accuracy.detail:
         return []
     left = OF_SQUARES * float(square_error(np.array(smallest_px), accuracy.ray_samples, defocus.scale, accuracy.detail))

@@ -232,7 +232,7 @@ def sharp_contrast(
 ) -> SceneContrast:
     """Measure the contrast on which the error of leaving out a blur depends; the arguments are those of `scene_contrast`."""
     own = per_share * weights, defocus.accuracy, defocus.scale, is_at_rest
-    every = [curvatures(scene, number, *own)[0] for number in range(len(scene.layers))]
+    every = [curvatures(scene, number, *own, along_both=True)[0] for number in range(len(scene.layers))]
     flattened, accuracy = 0.0, defocus.accuracy
     if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)

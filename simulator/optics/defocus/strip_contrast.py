@@ -12,7 +12,14 @@ _STRIPS = 200  # strips of rows in which a scene's contrasts are measured
 
 
 def curvatures(
-    scene: Scene, number: int, to_share: np.ndarray, accuracy: Accuracy, scale: float, is_at_rest: bool
+    scene: Scene,
+    number: int,
+    to_share: np.ndarray,
+    accuracy: Accuracy,
+    scale: float,
+    is_at_rest: bool,
+    *,
+    along_both: bool = False,
 ) -> tuple[float, float]:
     """Quantile MOST of the second difference between photosites of a layer, in strips of three photosites' height.
 
@@ -20,7 +27,7 @@ def curvatures(
     Of all places, and of those inside the scene that the layer covers with what lies around them. Beyond its border the scene
     goes on as it ends there, so that a slope has an edge. Of a scene of so many rows that they do not count, the ends are left
     out. to_share: (bands, channels) shares of the brightest light per unit of the layer's planes. scale: scene pixels per
-    photosite.
+    photosite. along_both: whether those along both axes add up, as they do for a blur; else the larger one counts.
     """
     layer, layers = scene.layers[number], scene.layers if is_at_rest else ()
     found, inside = [], []
@@ -31,7 +38,8 @@ def curvatures(
         if len(layers) > 1:
             seen = [(one.planes[part] @ to_share, None if one.coverage is None else one.coverage[part]) for one in layers]
             around = np.maximum(around, composite(seen).reshape(*shape, -1).mean(axis=(1, 3))[1, 1:-1])
-        bends = np.maximum(np.maximum(np.abs(across), np.abs(down)), np.abs(across + down))
+        bends = np.maximum(np.abs(across), np.abs(down))
+        bends = np.maximum(bends, np.abs(across + down)) if along_both else bends
         own = seen_contrast(bends, around, accuracy).max(axis=1)
         found.append(own)
         if not is_inside:

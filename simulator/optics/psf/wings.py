@@ -23,7 +23,11 @@ LEAST_CELL_PX = 4  # photosites across a cell
 PARTS = 4  # of a cell, along an axis, at which the pattern is summed
 TOGETHER = 32  # rows of cells that are read in one go
 SKIPPED_SHARE = 0.25  # of the tolerance: effect below which wings are left out
-LEFT = 0.15  # share of their effect that means over cells leave, and what lies beyond FARTHEST
+LEFT_PX, LEAST_LEFT, MOST_LEFT = (
+    0.05,
+    0.05,
+    0.15,
+)  # share of their effect that is left: over lambda N in photosites, and its ends
 LEAST_SIGMA = 1e-4  # effect that is rounding
 SEEN = 0.999  # quantile of the cells by which the effect counts
 BESIDE_EDGES = 1.1  # times that of the ends of a cell, of photosites beside an edge
@@ -97,7 +101,8 @@ def plan_wings(
     effect = _effect(found, (least, most), weights, accuracy)
     if accuracy.tolerance and effect <= SKIPPED_SHARE * accuracy.tolerance:
         return None, effect
-    return (replace(found, effect_sigma=effect), LEFT * effect) if effect > 0.0 else (None, 0.0)
+    left = min(max(LEFT_PX / float(lambda_n_px.min()), LEAST_LEFT), MOST_LEFT) * effect
+    return (replace(found, effect_sigma=effect), left) if effect > 0.0 else (None, 0.0)
 
 
 def _effect(wings: Wings, ends: tuple[np.ndarray, np.ndarray], weights: np.ndarray, accuracy: Accuracy) -> float:
