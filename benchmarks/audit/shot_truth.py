@@ -200,7 +200,7 @@ def with_finer_samples(planned: Plan, limit: float) -> Plan:
 def _stated(planned: Plan) -> float:
     """Error that a reference states [standard deviations], but for the wings of diffraction, which shots have as it has."""
     budget = planned.error_budget
-    return budget.predicted_sigma - budget.sigma_of(WINGS)
+    return math.sqrt(max(budget.predicted_sigma**2 - budget.sigma_of(WINGS) ** 2, 0.0))
 
 
 def _with_accuracy(planned: Plan, **settings: float) -> Plan:

@@ -41,8 +41,13 @@ class ErrorBudget:
     terms: tuple[ErrorTerm, ...]
 
     def sigma(self, limit: Limit) -> float:
-        """Return the sum of the terms that are limited so [standard deviations of the noise]."""
-        return sum(term.sigma for term in self.terms if term.limit == limit)
+        """Return the sum of the terms that are limited so [standard deviations of the noise].
+
+        What wings of diffraction leave, far from where the others err, has a sign of its own: squares add.
+        """
+        own = [term for term in self.terms if term.limit == limit]
+        wings = sum(term.sigma for term in own if term.effect == WINGS)
+        return math.hypot(sum(term.sigma for term in own if term.effect != WINGS), wings)
 
     @property
     def predicted_sigma(self) -> float:
