@@ -93,7 +93,7 @@ def test_memory_does_not_grow_over_200_calls():
         raw = simulate(shot, cache=cache if frame % 2 else None)
         assert raw.dn.shape == raw.mean_electrons.shape == raw.noise_free_dn.shape
 
-    for frame in range(120):  # after which allocators and caches have what they keep
+    for frame in range(240):  # after which allocators and caches have what they keep
         take(frame)
     before = resident_bytes()
     for frame in range(200):
