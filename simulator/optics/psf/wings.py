@@ -23,11 +23,8 @@ LEAST_CELL_PX = 4  # photosites across a cell
 PARTS = 4  # of a cell, along an axis, at which the pattern is summed
 TOGETHER = 32  # rows of cells that are read in one go
 SKIPPED_SHARE = 0.25  # of the tolerance: effect below which wings are left out
-LEFT_PX, LEAST_LEFT, MOST_LEFT = (
-    0.05,
-    0.05,
-    0.15,
-)  # share of their effect that is left: over lambda N in photosites, and its ends
+LEFT_PX = 0.05  # share of their effect that is left, times lambda N [photosites]
+LEAST_LEFT, MOST_LEFT = 0.05, 0.15  # ends of that share
 LEAST_SIGMA = 1e-4  # effect that is rounding
 SEEN = 0.999  # quantile of the cells by which the effect counts
 BESIDE_EDGES = 1.1  # times that of the ends of a cell, of photosites beside an edge
@@ -80,14 +77,14 @@ class Wings:
 
 
 def plan_wings(
-    psf: FieldPsf | None, planes: np.ndarray, weights: np.ndarray, projection: Projection, accuracy: Accuracy
+    psf: FieldPsf, planes: np.ndarray, weights: np.ndarray, projection: Projection, accuracy: Accuracy
 ) -> tuple[Wings | None, float]:
     """Wings of the kernels of a wavefront, None where none show, and the error that is left [standard deviations].
 
     planes: (height, width, bands) light of the scene as a pinhole sees it: blur, motion and distortion move light by less than
     wings are wide. weights: (bands, channels) [e- s^-1 um^-2 sr^-1].
     """
-    if psf is None or not isinstance(psf.lens_psf, WavefrontPsf):
+    if not isinstance(psf.lens_psf, WavefrontPsf):
         return None, 0.0
     lens, half_px = psf.lens_psf, 0.5 * psf.fit_kernel(0.0).size_px
     lambda_n_px = 1e-3 * np.mean(lens.wavelengths_nm, axis=1) * lens.f_number / lens.pitch_um * _edge_length(lens.opening)
