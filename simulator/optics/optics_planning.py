@@ -72,7 +72,7 @@ def plan_optics(
         may be drawn by themselves then, samples of light may have a footprint, and layers hide the same parts of each other.
     joins_layers: whether layers at one distance are one surface, their composite; they are not where layers have a motion of
         their own. whole: tolerance of the photograph, as in `Shot`; None: that of each approximation.
-    is_sharp: whether blur at rest is left out, however large it is.
+    is_sharp: whether blur is left out, however large it is.
     Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
@@ -83,7 +83,9 @@ def plan_optics(
         if timing is not None:  # the plan of the image at rest is kept with the scene, too
             from simulator.optics.motion_planning import with_motion  # nothing moves in most shots
 
-            resting = plan_optics(loaded, lens, sensor, tolerance, is_at_rest=False, joins_layers=joins_layers, whole=whole)
+            resting = plan_optics(
+                loaded, lens, sensor, tolerance, is_at_rest=False, joins_layers=joins_layers, whole=whole, is_sharp=is_sharp
+            )
             return with_motion(resting, loaded, lens, sensor, timing)
         made = _plan_sensor_optics(
             loaded, lens, sensor, tolerance, tolerance if whole is None else whole, is_at_rest, is_sharp=is_sharp

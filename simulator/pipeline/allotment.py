@@ -28,7 +28,8 @@ def allot(
     make: plans the optics with each approximation at a tolerance. budget_of: gives what a plan leaves.
     make_sharp: plans them with blur left out, as a larger tolerance does where circles are small; None: nothing does. What
     follows a blur may leave more than the blur does: that plan is returned where none keeps the tolerance and it leaves least,
-    with what a blur takes of a background that the scene does not hold.
+    with what a blur takes of a background that the scene does not hold. So is one that moves surfaces as wholes, as a larger
+    tolerance does, where points of aperture and time that carry each place by its own distance leave more.
     The first plan has the whole tolerance for each. Where their sum is larger, those that can be finer get a smaller share in
     proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as they
     are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves more, as
@@ -55,16 +56,14 @@ def allot(
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -> OpticsPlan:
     """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach.
 
-    Of a scene that moves it must leave far less, as beside lamps: what a blur that is left out leaves of edges that move has no
-    law.
+    Of a scene that moves it must leave far less, as beside lamps, unless it blurs all surfaces: what a blur that is left out
+    leaves of edges that move apart has no law.
     """
-    defocus, share = best.defocus, 1.0 if is_at_rest(best) else FAR_LESS
-    if share < 1.0 and not best.accuracy.has_lamps:
-        return best  # nothing leaves so much
-    if defocus is None or defocus.maps or min(most for _, most in defocus.ranges_px) > MOST_SHARP_PX:
-        return best  # a larger tolerance leaves out the blur of no surface
+    if not (_may_move_whole(best) or _may_leave_out(best)):
+        return best
     for factor in LOOSER:
         looser = replace(make(factor * tolerance), tolerance=tolerance)
+        share = 1.0 if is_at_rest(best) or (_may_move_whole(best) and _blurs_all(looser)) else FAR_LESS
         pairs = [(budget_of(looser), budget_of(best))]
         pairs += [(_typical(found), _typical(left)) for found, left in pairs]
         if all(found.predicted_sigma < share * left.predicted_sigma for found, left in pairs):
@@ -72,9 +71,33 @@ def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -
     return best
 
 
+def _may_move_whole(best: OpticsPlan) -> bool:
+    """Whether points carry each place of one surface by its own distance, which a larger tolerance moves as a whole."""
+    motions = [motion for motion in (best.motion, best.flash_motion) if motion is not None]
+    return best.joint is not None and all(len(motion.path.motion.surfaces) == 1 for motion in motions)
+
+
+def _may_leave_out(best: OpticsPlan) -> bool:
+    """Whether a larger tolerance may leave out the blur of a surface, by which the plan may be far from what is asked."""
+    defocus = best.defocus
+    if defocus is None or defocus.maps or not (is_at_rest(best) or best.accuracy.has_lamps):
+        return False
+    return min(most for _, most in defocus.ranges_px) <= MOST_SHARP_PX
+
+
+def _blurs_all(optics: OpticsPlan) -> bool:
+    """Whether a plan leaves out the blur of no place."""
+    return optics.defocus is not None and all(least > optics.accuracy.sharp_px for least, _ in optics.defocus.ranges_px)
+
+
 def may_be_sharp(optics: OpticsPlan) -> bool:
-    """Whether a plan blurs a scene at rest by circles that a larger tolerance may leave out."""
-    return is_at_rest(optics) and optics.defocus is not None and optics.defocus.largest_px <= MOST_SHARP_PX
+    """Whether a plan blurs a scene by circles that a larger tolerance may leave out.
+
+    An image that moves as one is the mean of images at rest, so that what is left out of it is no more than of them.
+    """
+    motions = [motion for motion in (optics.motion, optics.flash_motion) if motion is not None]
+    moves_alike = all(motion.moves_alike for motion in motions)
+    return moves_alike and optics.defocus is not None and optics.defocus.largest_px <= MOST_SHARP_PX
 
 
 def is_at_rest(optics: OpticsPlan) -> bool:

@@ -15,7 +15,7 @@ from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.optics.error_term import ErrorTerm
-from simulator.pipeline.allotment import allot, falling_sigma
+from simulator.pipeline.allotment import allot, falling_sigma, may_be_sharp
 from simulator.pipeline.error_budget import ErrorBudget
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
@@ -94,6 +94,30 @@ def test_small_circles_are_left_out_where_a_background_that_is_not_known_leaves_
     found, tighter = plan(shot), plan(dataclasses.replace(shot, tolerance=shot.tolerance / 3.0))
     assert found.error_budget.is_clamped and tighter.error_budget.is_clamped
     assert tighter.error_budget.total_sigma <= found.error_budget.total_sigma
+
+
+@pytest.mark.parametrize(
+    ("seed", "number"),
+    [
+        pytest.param(5801, 191, id="a tilted wall moves as a whole where points that carry its distances leave more"),
+        pytest.param(5801, 147, id="a photograph that turns is not blurred where a low-pass filter after that leaves more"),
+    ],
+)
+def test_a_moving_picture_has_the_plan_of_a_larger_tolerance_where_it_leaves_less(seed, number, tmp_path):
+    """At a third of their tolerance the audit found 8 and 16 times the error."""
+    shot = load_shot(draw_shot(seed, number).write(tmp_path))
+    found, tighter = plan(shot).error_budget, plan(dataclasses.replace(shot, tolerance=shot.tolerance / 3.0)).error_budget
+    assert found.is_clamped and tighter.is_clamped and tighter.tolerance == shot.tolerance / 3.0
+    assert tighter.total_sigma <= found.total_sigma
+
+
+@pytest.mark.parametrize(("moving", "may"), [({"roll_deg_per_s": 30.0}, True), ({"right_m_per_s": 0.5}, False)])
+def test_blur_is_left_out_of_an_image_that_moves_as_one_and_not_of_layers_that_move_apart(moving, may):
+    """A mean over a path leaves no more than the images of which it is; edges that pass each other are none of them."""
+    shot = case_shot(stripes(0.2, 0.3, 10.0, 4), 20000.0, 0.01)
+    planned = plan(dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(**moving)))).optics
+    assert planned.motion is not None and planned.defocus is not None
+    assert may_be_sharp(planned) == may
 
 
 def test_circles_larger_than_any_tolerance_leaves_out_are_blurred(tmp_path):
