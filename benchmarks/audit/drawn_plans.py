@@ -6,6 +6,10 @@ import numpy as np
 
 from simulator.device import Device
 from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.pipeline.allotment import is_at_rest
 from simulator.pipeline.planner import Plan, measure
 
 STRICTEST = 0.02  # smallest tolerance of a decision, in that of the shot
@@ -68,4 +72,12 @@ def draw_plan(planned: Plan, rng: np.random.Generator, device: Device) -> Plan |
     drawn = {name: 1.0 if rng.random() < 0.5 else float(STRICTEST ** rng.random()) for name in names}
     own = {one.name: getattr(optics.defocus.accuracy, one.name) for one in fields(Accuracy)}
     defocus = replace(optics.defocus, accuracy=DrawnAccuracy(**own, **drawn))
-    return measure(replace(planned, optics=replace(optics, defocus=defocus)), device)
+    contrast = replace(_measure_contrast(optics, defocus), edges=optics.contrast.edges, crossed=optics.contrast.crossed)
+    return measure(replace(planned, optics=replace(optics, defocus=defocus, contrast=contrast)), device)
+
+
+def _measure_contrast(optics: OpticsPlan, defocus: Defocus) -> SceneContrast:
+    """Contrasts of the plan's scene behind the circles that these decisions blur."""
+    loaded = replace(optics.scene, behind=()) if defocus.guessed else optics.scene
+    per_share = optics.accuracy.electrons_per_radiance / optics.accuracy.electrons
+    return scene_contrast(loaded, optics.weights, per_share, defocus.of_scene(), is_at_rest=is_at_rest(optics))

@@ -2,7 +2,7 @@
 
 import math
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,7 @@ SCALES = 0.5, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.7, 3.0, 4.0, 4.0, 8.0  # scene pix
 WIDTHS = 32, 33  # of a frame [photosites]; few, since a device compiles kernels for each
 LEAST_E, MOST_E = 5.0, 50_000.0  # of the bright parts of the scene
 NEAREST_M = 0.12
+SHADED_FROM, SHADED_SHARE = 6200, 0.4  # first seed of which surfaces may be dark, so that shots of others stay what they are
 REFUSED = 60  # drawings that the simulator may refuse before one that it takes
 
 
@@ -100,6 +101,8 @@ def _draw(rng: np.random.Generator, seed: int, number: int) -> DrawnShot:
         kinds.append("low-pass")
     shape = round(side_px[1] * scale), round(side_px[0] * scale)
     surfaces = draw_surfaces(rng, surface, light, shape, scale)
+    if seed >= SHADED_FROM and len(surfaces) > 1:
+        surfaces = _shaded(np.random.default_rng([seed, number, 2]), surfaces, kinds)
     scene, files = _scene_of(rng, surfaces, lens, pitch_um, kinds)
     document: Data = {"name": f"audit_{seed}_{number:03d}", "scene": scene, "lens": lens, "camera": camera}
     time_s = 1.0 / round(10.0 ** rng.uniform(0.5, 3.0))
@@ -109,6 +112,17 @@ def _draw(rng: np.random.Generator, seed: int, number: int) -> DrawnShot:
     document["tolerance"] = float(rng.choice(TOLERANCES))
     document["seeds"] = {"frame": number, "body": 1}
     return DrawnShot(seed, number, document, files, (surface, light, f"{scale:g} px", *kinds))
+
+
+def _shaded(rng: np.random.Generator, surfaces: list[Surface], kinds: list[str]) -> list[Surface]:
+    """Surfaces of which one that covers others is dark or black in some draws, as things before a bright sky are."""
+    if rng.random() >= SHADED_SHARE:
+        return surfaces
+    dark = int(rng.integers(0, len(surfaces) - 1))
+    share = 0.0 if rng.random() < 0.3 else float(10.0 ** rng.uniform(-4.0, -1.0))
+    kinds.append("silhouette")
+    light = np.float32(share) * np.minimum(surfaces[dark].light, 1.0)
+    return [replace(one, light=light) if number == dark else one for number, one in enumerate(surfaces)]
 
 
 def _draw_camera(rng: np.random.Generator, width_px: int, height_px: int) -> tuple[Data, float]:

@@ -57,7 +57,7 @@ def case_shot(case: Case, electrons: float = 2000.0, tolerance: float = 0.1, hid
         behind=tuple(behind),
         hidden=hidden,
     )
-    height, width = (side // case.oversampling for side in case.colour.shape[1:])
+    height, width = (int(side // case.oversampling) for side in case.colour.shape[1:])
     camera = small_camera(width, height)
     weight = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency).sum()
     time_s = electrons / (weight * LENS.irradiance_per_radiance_sr() * camera.pixel_pitch_um**2)

@@ -162,6 +162,15 @@ def test_random_plans_decide_for_smaller_tolerances(tmp_path, device):
     assert 0 < sum(stricter) < 16
 
 
+def test_a_random_plan_states_what_its_own_decisions_leave(tmp_path, device):
+    """A layer that the planner leaves sharp and the random plan blurs by a circle inside a sample: 2.44 sigma, 1.41 stated."""
+    planned = measure(plan(load_shot(draw_shot(6101, 168).write(tmp_path))), device)
+    free = draw_plan(planned, np.random.default_rng([6101, 168, 1]), device)
+    assert free is not None and free.optics.defocus is not None and planned.optics.defocus is not None
+    assert free.optics.defocus.accuracy.sharp_px < 0.367 < planned.optics.defocus.accuracy.sharp_px
+    assert 2.44 < free.error_budget.predicted_sigma < 25.0
+
+
 def test_a_truth_stops_at_its_processor_time(tmp_path, device):
     """And says how far it came: fewer rays leave a larger error."""
     shot = dataclasses.replace(simple_shot(tmp_path, exposure=DIM), tolerance=0.1)

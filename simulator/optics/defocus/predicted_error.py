@@ -5,6 +5,7 @@ that bound 99 % of them, by which methods are chosen, are stated with the factor
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -83,6 +84,7 @@ def error_terms(
     blurred = [max(least, own.copied_px) for least, most in ranges if most > own.copied_px]
     detail = contrast.curvature / WAVE_CURVATURE
     terms: list[ErrorTerm] = []
+    means, alone_left = 0, 0.0  # term of samples, and what they leave where nothing else is wrong
 
     def add(cause: str, share: float, fix: str, limit: Limit = "method", *, falls: bool = False) -> None:
         terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit, falls))
@@ -113,12 +115,14 @@ def error_terms(
             )  # it is what is left
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
+            if not is_sloped:
+                alone_left = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, 0.0)
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
             if squares > 0.0 and len(defocus.radii_px) == 1:  # else edges of layers count, whatever their light is
                 squares = float(square_error(smallest, finest, defocus.scale, accuracy.detail)[0])
             waves = grid if contrast.bends is None else contrast.bends * defocus.area.spread_by(finest)
             grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, waves) if alone else max(squares, grid)
-        most = most_samples_per_axis(own, smallest)
+        most, means = most_samples_per_axis(own, smallest), len(terms)
         add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
     if contrast.bent > 0.0:
         add("surfaces that bend within blur circles", contrast.bent, RAYS)
@@ -179,6 +183,9 @@ def error_terms(
             LAYERS,
             "input",
         )
+    besides = sum(term.sigma for number, term in enumerate(terms) if number != means and term.limit == "method")
+    if accuracy.in_sigma(alone_left) > besides + terms[means].sigma:  # squares of layers that hardly hide each other
+        terms[means] = replace(terms[means], sigma=accuracy.in_sigma(alone_left) - besides)
     return terms
 
 

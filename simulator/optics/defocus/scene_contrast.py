@@ -33,6 +33,7 @@ ASIDE = (
 )  # parts of pixels between which light is read
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
 WIDENED_PX = 1.05, 2.1, 3.1  # radii at which weights of whole samples are wider than their circle by most
+INSIDE_PX = 0.5  # largest radius of a circle inside a photosite
 CELLS = 6  # of a sample and axis, over which its light is known
 STEEP_PX = 0.5, 1.5  # radii at which circles reach the next pixels, where even squares leave most of light between them
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
@@ -112,7 +113,7 @@ def scene_contrast(
     """
     to_share = per_share * weights
     layers = list(zip(scene.layers, defocus.radii_px, strict=False))
-    found = [curvatures(scene, number, to_share, defocus.accuracy, defocus.scale, is_at_rest) for number in range(len(layers))]
+    found = [curvatures(scene, number, to_share, defocus, is_at_rest) for number in range(len(layers))]
     curvature, texture = np.max(found, axis=0).tolist()
     spots = [_brightest_spot(scene, number, to_share, defocus) for number in range(len(layers))]
     lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
@@ -231,7 +232,7 @@ def sharp_contrast(
     scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus, *, is_at_rest: bool = False
 ) -> SceneContrast:
     """Measure the contrast on which the error of leaving out a blur depends; the arguments are those of `scene_contrast`."""
-    own = per_share * weights, defocus.accuracy, defocus.scale, is_at_rest
+    own = per_share * weights, defocus, is_at_rest
     every = [curvatures(scene, number, *own, along_both=True)[0] for number in range(len(scene.layers))]
     flattened, accuracy = 0.0, defocus.accuracy
     if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
@@ -344,9 +345,11 @@ def _ends_between_pixels(scene: Scene, to_share: np.ndarray, defocus: Defocus, r
 
     Means over photosites, weighted by the areas of a circle in photosites, have more variance than a photosite behind a circle:
     a twelfth of its square where the circle is wide, and up to 1.7 times that, or a fourth, as the rim lies among photosites.
+    Of a circle inside a photosite nothing is left, so that of these the largest counts.
     What cells leave themselves in the light that these are held against is as much, of their own size.
     """
-    radii_px = [radius_px, *(one for one in WIDENED_PX if radius_px < one < defocus.largest_px)]
+    inside_px = min(INSIDE_PX, defocus.largest_px)
+    radii_px = [radius_px, *(one for one in (inside_px, *WIDENED_PX) if radius_px < one <= defocus.largest_px)]
     lights = [
         composite([layer_at(layer, place, to_share) for layer in scene.layers]) for place in parts_of(scene, defocus.scale)
     ]

@@ -5,9 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.scene_light import MOST, composite, seen_contrast
 from simulator.scene.scene import Layer, Scene
 
+SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which there is one
 _STRIPS = 200  # strips of rows in which a scene's contrasts are measured
 
 
@@ -15,8 +17,7 @@ def curvatures(
     scene: Scene,
     number: int,
     to_share: np.ndarray,
-    accuracy: Accuracy,
-    scale: float,
+    defocus: Defocus,
     is_at_rest: bool,
     *,
     along_both: bool = False,
@@ -24,23 +25,40 @@ def curvatures(
     """Quantile MOST of the second difference between photosites of a layer, in strips of three photosites' height.
 
     It counts in the noise of the layer's own light, and, where layers do not move apart, of what is seen before and behind it.
+    At its edge a layer ends before black, or before the light behind: a dark one before a bright wall has that edge alone.
     Of all places, and of those inside the scene that the layer covers with what lies around them. Beyond its border the scene
     goes on as it ends there, so that a slope has an edge. Of a scene of so many rows that they do not count, the ends are left
-    out. to_share: (bands, channels) shares of the brightest light per unit of the layer's planes. scale: scene pixels per
-    photosite. along_both: whether those along both axes add up, as they do for a blur; else the larger one counts.
+    out. to_share: (bands, channels) shares of the brightest light per unit of the layer's planes. defocus: blur of the scene.
+    along_both: whether those along both axes add up, as they do for a blur; else the larger one counts.
     """
     layer, layers = scene.layers[number], scene.layers if is_at_rest else ()
+    accuracy, scale, lit_share = defocus.accuracy, defocus.scale, 0.0
+    if scale < 1.0 - SAME_SCALE and scene.interpolation != "nearest":
+        lit_share = scale * _least_lit(*defocus.ranges_px[number], defocus.copied_px)
+
+    def most_seen(bends: list[np.ndarray], around: np.ndarray) -> np.ndarray:
+        """Contrast of bends across and down, of the channel that shows it most: (photosites,)."""
+        across, down = bends
+        largest = np.maximum(np.abs(across), np.abs(down))
+        largest = np.maximum(largest, np.abs(across + down)) if along_both else largest
+        lit = around + lit_share * np.maximum(across + down, 0.0)
+        return np.asarray(seen_contrast(largest, lit, accuracy).max(axis=1))
+
     found, inside = [], []
     for part, is_inside in _strips(layer, scale):
         shape = _shape(part, layer)
-        light = layer.planes[part].reshape(*shape, -1).mean(axis=(1, 3)) @ to_share
-        across, down, around = np.diff(light, 2, axis=1)[1], np.diff(light, 2, axis=0)[0, 1:-1], light[1, 1:-1]
+        light = _means(layer.planes[part] @ to_share, shape)
+        around, bends = light[1, 1:-1], _bends(light)
         if len(layers) > 1:
-            seen = [(one.planes[part] @ to_share, None if one.coverage is None else one.coverage[part]) for one in layers]
-            around = np.maximum(around, composite(seen).reshape(*shape, -1).mean(axis=(1, 3))[1, 1:-1])
-        bends = np.maximum(np.abs(across), np.abs(down))
-        bends = np.maximum(bends, np.abs(across + down)) if along_both else bends
-        own = seen_contrast(bends, around, accuracy).max(axis=1)
+            seen = _means(composite([_seen(one, part, to_share) for one in layers]), shape)
+            around = np.maximum(around, seen[1, 1:-1])
+        own = most_seen(bends, around)
+        if layer.coverage is not None and number + 1 < len(scene.layers):
+            behind = _means(composite([_seen(one, part, to_share) for one in scene.layers[number + 1 :]]), shape)[1, 1:-1]
+            cover = _means(layer.coverage[part][..., None], shape)
+            before = [bend - behind * edge for bend, edge in zip(bends, _bends(cover), strict=True)]
+            around = np.maximum(around, light[1, 1:-1] + (1.0 - cover[1, 1:-1]) * behind)
+            own = np.maximum(own, most_seen(before, around))
         found.append(own)
         if not is_inside:
             continue
@@ -52,6 +70,33 @@ def curvatures(
         return 0.0, 0.0
     every, texture = (min(scale, 1.0) * float(np.quantile(np.concatenate(one), MOST)) for one in (found, inside))
     return every, texture
+
+
+def _least_lit(least_px: float, most_px: float, copied_px: float) -> float:
+    """Light beside a kink of light that is linear on either side, per change of slope, where a blur circle shows most of it.
+
+    Of the dark pixels in a scene that has fewer than there are photosites. A photosite in the middle of the kink has 1/8 of the
+    change, and what a circle brings is 1/8 of its square. Where the kink ends at its border it has none, and the circle brings
+    half of that: as much as is seen in four times as much light. least_px, most_px: radii of a layer's circles, of which the
+    smallest is seen where the largest is not left out, as they are up to copied_px.
+    """
+    radius_px = most_px if most_px <= copied_px else max(least_px, 0.0)
+    return min(1.0 / 8.0, 0.25 * radius_px**2) if radius_px > 0.0 else 1.0 / 8.0
+
+
+def _means(values: np.ndarray, shape: tuple[int, int, int, int]) -> np.ndarray:
+    """Means of values of a strip's pixels over photosites, of this `_shape`: (3, photosites, ...)."""
+    return np.asarray(values.reshape(*shape, -1).mean(axis=(1, 3)))
+
+
+def _seen(layer: Layer, part: tuple[np.ndarray, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Light and coverage of a layer in a strip."""
+    return layer.planes[part] @ to_share, None if layer.coverage is None else layer.coverage[part]
+
+
+def _bends(values: np.ndarray) -> list[np.ndarray]:
+    """Second differences of means (3, photosites, ...) across and down, of all in the middle but the ends."""
+    return [np.diff(values, 2, axis=1)[1], np.diff(values, 2, axis=0)[0, 1:-1]]
 
 
 def border_contrast(

@@ -235,8 +235,9 @@ def test_the_plan_tells_the_predicted_error():
     accuracy = planned.optics.defocus.accuracy
     mixed, within = planned.optics.contrast.mixed, planned.optics.contrast.within
     assert mixed == within == 0.0  # the wall is even, so that its mean over the aperture is the same whatever hides it
-    means = planned.optics.contrast.curvature * twice_blurred_share(5.0, 2.0) / (12.0 * 2**2)
-    assert means < grid_error(5.0, 2, 2.0)  # the near layer's edge lies in the noise of the wall
+    bends = planned.optics.contrast.curvature * twice_blurred_share(5.0, 2.0) / (12.0 * 2**2)
+    means = grid_error(5.0, 2, 2.0)
+    assert means < bends  # of the near layer's edge before the wall
     expected = {
         "means on 2 x 2 points per photosite": means,
         "8192 points of the aperture": mixed * points_error(8192, 2, 6.0),  # 1024 times 3.16^1.25, as a power of two
