@@ -20,7 +20,7 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
-TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
+TILTED_PARTS = 4  # most upright parts per axis of a photosite whose sides are tilted
 SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
 UPRIGHT_PX = 1024  # columns that a work-item of kernels/upright_projection.cl has on a CPU, of the scene or of the sensor
 UPRIGHT_ROWS = 16  # rows of photosites of it
@@ -40,12 +40,14 @@ class Projection:
     scene_width, scene_height: of the scene's grid [px].
     samples: parts per photosite and axis that are averaged where the scene is coarse.
     nearest: pixels of a coarse scene are even squares, too, instead of light that is bilinear between them.
-    stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
+    stretch: largest local magnification of `warp` and `pose`.
+    warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
     low_pass_px: distance of a low-pass filter's spots on either axis [photosites]: rays see them, and a sharp image is the mean
         of its `spots`.
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
+    tilted_parts: upright parts per axis of a photosite whose sides `warp` or `pose` may tilt.
     is_bilinear: whether the scene has fewer pixels than photosites, and light between their centres.
     footprint: squares over which `project`, and `project_planes` with a sample per photosite, average bilinear light; nothing
         displaces it then. None: the photosite, or its sample.
@@ -66,6 +68,7 @@ class Projection:
     is_bilinear: bool = False
     low_pass_px: float = 0.0
     footprint: Footprint | None = None
+    tilted_parts: int = TILTED_PARTS
 
     @property
     def fits_footprint(self) -> bool:
@@ -155,7 +158,7 @@ class Projection:
 
     def parts_per_axis(self, over: int) -> int:
         """Upright parts per axis of the area of one of `over` x `over` samples of a photosite."""
-        return max(1, TILTED_PARTS // over) if self.warp is not None or self.pose is not None else 1
+        return max(1, self.tilted_parts // over) if self.warp is not None or self.pose is not None else 1
 
     def defines(self, cfa_macros: dict[str, object], over: int = 1, inset: float = 0.0) -> dict[str, object]:
         """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.

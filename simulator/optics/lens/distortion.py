@@ -7,6 +7,7 @@ to the distorted one by the same polynomial, so that the file holds the coeffici
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal, Self
 
 import numpy as np
@@ -147,6 +148,21 @@ class Warp:
                 beside = self.undistorted(x + dx, y + dy, channel)
                 stretch = max(stretch, float(np.hypot(beside[0] - u, beside[1] - v).max()))
         return reach_x, reach_y, stretch
+
+    def tilt(self, width_px: int, height_px: int) -> float:
+        """How far sides of photosites lean at most, in their length: of undistorting, over a sensor."""
+        return _tilt(self, width_px, height_px)
+
+
+@lru_cache(maxsize=8)
+def _tilt(warp: Warp, width_px: int, height_px: int) -> float:
+    x, y = np.meshgrid(np.linspace(0, width_px, 33), np.linspace(0, height_px, 33))
+    found = 0.0
+    for channel in range(len(warp.magnification)):
+        u, v = warp.undistorted(x, y, channel)
+        below, right = warp.undistorted(x, y + 1.0, channel), warp.undistorted(x + 1.0, y, channel)
+        found = max(found, float(np.abs(below[0] - u).max()), float(np.abs(right[1] - v).max()))
+    return found
 
 
 def plan_warp(

@@ -53,7 +53,8 @@ def _sum_of_instants(
         rows = np.flatnonzero(own) if axis == "rows" else np.array([0, window.height - 1])
         first, count = int(rows[0]), int(rows[-1] - rows[0]) + 1
         part = Window(window.x, window.y + first, window.width, count)
-        there = replace(optics, window=part, motion=None, projection=posed(optics.projection, plan, homographies[instant]))
+        projection = posed(optics.projection, plan, homographies[instant], optics.accuracy.allowed)
+        there = replace(optics, window=part, motion=None, projection=projection)
         light = still_mosaic(there, plan_tiles(there, device), device, planes, lambda share: None)
         lines = np.broadcast_to(own, window.height) if axis == "all" else own
         device.run(
