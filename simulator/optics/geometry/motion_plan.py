@@ -38,6 +38,8 @@ SAME_PLACE_PX = 1e-6  # distance of places on the sensor that are the same [phot
 SAME_SHIFT_PX = 1e-3  # largest difference of shifts of an image that are the same [photosites]
 SAME_SHARE = 0.05  # of the allowed error, for shifts that are the same, and for ways that are straight
 
+SEEN_POSES = 33  # of many, whose largest stretch is looked for
+POSE_NUMBERS = 10  # of `pose_numbers`
 MOST_NODES = 16384  # instants that the lines of a rolling shutter share
 MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
 TILT_SHARE, OF_TILT = 0.2, 0.45  # of the allowed error, for photosites that lean; and of that (`posed`)
@@ -460,6 +462,14 @@ def posed(projection: Projection, plan: MotionPlan, homography: np.ndarray, allo
     parts = next((n for n in TILT_PARTS if OF_TILT * tilt <= n**2 * TILT_SHARE * allowed), TILT_PARTS[-1])
     pose = tuple(pose_numbers(plan, homography).tolist())
     return replace(projection, pose=pose, stretch=projection.stretch * stretch, tilted_parts=parts)
+
+
+def widest(projection: Projection, plan: MotionPlan, homographies: np.ndarray) -> Projection:
+    """Return the projection for photosites that kernels move by any of homographies (..., 3, 3): of the largest stretch."""
+    every, geometry = homographies.reshape(-1, 3, 3), plan.path.motion.geometry
+    some = every[np.unique(np.linspace(0, len(every) - 1, SEEN_POSES).astype(int))]
+    stretch = max(shape_of(one, geometry.width_px, geometry.height_px)[1] for one in some)
+    return replace(projection, pose=(0.0,) * POSE_NUMBERS, stretch=projection.stretch * stretch)
 
 
 def shape_of(homography: np.ndarray, width_px: float, height_px: float) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.accuracy import LAMP_PEAK
 from simulator.optics.defocus.scene_light import brighter_pixels
 from simulator.optics.geometry.instants import Instants
-from simulator.optics.geometry.motion_plan import pose_numbers, row_views
+from simulator.optics.geometry.motion_plan import pose_numbers, row_views, widest
 from simulator.optics.geometry.projection import ANY_CFA, Projection
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.layer_cells import cells_mosaic, cells_planes
@@ -202,11 +202,12 @@ class _Sweep:
         """Return the kernel for a layer, its table of displacements and its macros."""
         optics, over = self.optics, self.over
         homographies = self.plan.path.motion.homographies(instants.pose_numbers, layer)
-        moving = replace(self.projection, pose=(0.0,) * 10)
-        macros = moving.defines(optics.cfa_macros() if self.step == 2 else ANY_CFA, inset=self.inset)
         columns = instants.axis == "columns"
+        by_place = columns or not optics.sweeps_rows
+        moving = widest(self.projection, self.plan, homographies if by_place else np.eye(3))
+        macros = moving.defines(optics.cfa_macros() if self.step == 2 else ANY_CFA, inset=self.inset)
         common: dict[str, object] = {"SPAN": SPAN, "STEP": self.step, "COLUMNS": int(columns), "CHANNELS": optics.channels}
-        if columns or not optics.sweeps_rows:
+        if by_place:
             numbers = np.concatenate([instants.weights[..., None], self._finer_poses(homographies)], axis=-1)
             lines = self.width if columns else self.rows
             table = np.broadcast_to(_of_samples(numbers, over), (lines, *numbers.shape[1:])).astype(np.float32)

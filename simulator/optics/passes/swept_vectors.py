@@ -1,11 +1,9 @@
 """Executes the motion of a sharp picture whose pixels move one by one: searches what each photosite sees at each instant."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.geometry.motion_plan import MotionPlan, pose_numbers
+from simulator.optics.geometry.motion_plan import MotionPlan, pose_numbers, widest
 from simulator.optics.geometry.pixel_vectors import NEAR_PX, STARTS, TILE, PixelVectors
 from simulator.optics.optics_plan import OpticsPlan
 
@@ -17,12 +15,13 @@ def swept_vectors(optics: OpticsPlan, plan: MotionPlan, vectors: PixelVectors, d
     """
     window, projection = optics.window, optics.projection
     instants = plan.window_instants(window)
-    numbers = pose_numbers(plan, plan.path.motion.homographies(instants.pose_numbers, 0))
+    homographies = plan.path.motion.homographies(instants.pose_numbers, 0)
+    numbers = pose_numbers(plan, homographies)
     own = np.concatenate([instants.weights[..., None], instants.times_s[..., None], numbers], axis=-1)
     columns = instants.axis == "columns"
     lines = window.width if columns else window.height
     poses = np.broadcast_to(own, (lines, *own.shape[1:])).astype(np.float32)
-    moving = replace(projection, pose=(0.0,) * numbers.shape[-1])
+    moving = widest(projection, plan, homographies)
     search = {"TILE": TILE, "STARTS": STARTS, "NEAR_PX": f"{NEAR_PX:.9e}f", "COLUMNS": int(columns)}
     defines = {**moving.defines(optics.cfa_macros(), inset=0.5 * (1.0 - projection.open_side)), **search}
     mosaic = device.empty((window.height, window.width), np.float32)

@@ -250,3 +250,16 @@ def test_a_camera_that_turns_away_from_the_scene_is_told(pan_deg):
     shot = shot_of(band_scene(texture(1.0), math.inf), SteadyMotion(pan_deg_per_s=pan_deg / 0.01))
     with pytest.raises(PhotositeError, match="motion: a part of the sensor looks past the scene"):
         plan(shot)
+
+
+@pytest.mark.parametrize("scale", [3, 4, 8])
+def test_a_zoom_keeps_all_light_of_a_fine_scene(scale):
+    """The camera moves back by a tenth of its distance while the shutter is open; up to 0.5 % of even light was lost."""
+    picture = np.ones((scale * 48, scale * 64))
+    picture[:, : 6 * scale] = np.random.default_rng(1).random((scale * 48, 6 * scale))
+    lens, camera = ThinLens(50.0, 8.0, focus_distance_m=10.0, cos4=False), small_camera(64, 48, pixel_pitch_um=40.0)
+    moving = Motion(camera=SteadyMotion(back_m_per_s=100.0))
+    planned = plan_moving(Shot(band_scene(picture, 10.0), lens, Exposure(0.01), camera, motion=moving, tolerance=0.1))
+    assert planned.optics.motion is not None and planned.optics.motion.method == "swept" and not planned.optics.sweeps_rows
+    even = moving_light(planned)[:, 40:60]
+    assert even == pytest.approx(even.max(), rel=1e-4)
