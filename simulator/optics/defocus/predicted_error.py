@@ -108,6 +108,9 @@ def error_terms(
         # A parabola in both directions, against its values at the points.
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         steepest = max(grid_error(min(blurred), finest, defocus.scale), contrast.ends / (12.0 * finest**2))
+        if accuracy.detail:  # samples that the open side cuts are seen over all of their width
+            spread = max(12.0 * finest**2 * defocus.area.spread_by(finest), 1.0)
+            smooth, steepest = spread * smooth, spread * steepest
         grid = 0.0 if reads_pixels else min(smooth, steepest)
         if contrast.ends > 0.0 and defocus.scale < 1.0 + 1e-6 and not reads_pixels:
             grid = (max(contrast.ends_aside, contrast.ends) if is_aside else contrast.ends) / (
