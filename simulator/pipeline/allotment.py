@@ -20,13 +20,11 @@ Make = Callable[[float], OpticsPlan]
 Budget = Callable[[OpticsPlan], ErrorBudget]
 
 
-def allot(
-    tolerance: float, make: Make, budget_of: Budget = error_budget, make_sharp: Callable[[], OpticsPlan] | None = None
-) -> OpticsPlan:
+def allot(tolerance: float, make: Make, budget_of: Budget = error_budget, make_sharp: Make | None = None) -> OpticsPlan:
     """Return the plan whose approximations together keep a tolerance, where there is one.
 
     make: plans the optics with each approximation at a tolerance. budget_of: gives what a plan leaves.
-    make_sharp: plans them with blur left out, as a larger tolerance does where circles are small; None: nothing does. What
+    make_sharp: plans them so with blur left out, as a larger tolerance does where circles are small; None: nothing does. What
     follows a blur may leave more than the blur does: that plan is returned where none keeps the tolerance and it leaves least,
     with what a blur takes of a background that the scene does not hold. So is one that moves surfaces as wholes, as a larger
     tolerance does, where points of aperture and time that carry each place by its own distance leave more.
@@ -49,25 +47,29 @@ def allot(
     finer = _make_finer(first, tolerance, make, lambda optics: _typical(budget_of(optics)), beside)
     plans = [first] if finer is None else [finer, first]
     if make_sharp is not None and may_be_sharp(first):
-        plans.append(make_sharp())
-    return _looser(min(plans, key=lambda one: budget_of(one).total_sigma), tolerance, make, budget_of)
+        plans.append(make_sharp(tolerance))
+    return _looser(min(plans, key=lambda one: budget_of(one).total_sigma), tolerance, make, budget_of, make_sharp)
 
 
-def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget) -> OpticsPlan:
+def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, make_sharp: Make | None) -> OpticsPlan:
     """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach.
 
-    Of a scene that moves it must leave far less, as beside lamps, unless it blurs all surfaces: what a blur that is left out
-    leaves of edges that move apart has no law.
+    Of a scene that moves it must leave far less, as beside lamps, unless it moves one surface as a whole: what a blur that is
+    left out leaves of edges that move apart has no law.
     """
     if not (_may_move_whole(best) or _may_leave_out(best)):
         return best
+    moves_whole = _may_move_whole(best)
     for factor in LOOSER:
-        looser = replace(make(factor * tolerance), tolerance=tolerance)
-        share = 1.0 if is_at_rest(best) or (_may_move_whole(best) and _blurs_all(looser)) else FAR_LESS
-        pairs = [(budget_of(looser), budget_of(best))]
-        pairs += [(_typical(found), _typical(left)) for found, left in pairs]
-        if all(found.predicted_sigma < share * left.predicted_sigma for found, left in pairs):
-            best = looser
+        looser = [make(factor * tolerance)]
+        if make_sharp is not None and moves_whole and may_be_sharp(looser[0]):
+            looser.append(make_sharp(factor * tolerance))
+        for one in looser:
+            share = 1.0 if is_at_rest(best) or (moves_whole and _moves_as_one(one)) else FAR_LESS
+            found, left = budget_of(replace(one, tolerance=tolerance)), budget_of(best)
+            pairs = [(found, left), (_typical(found), _typical(left))]
+            if all(less.predicted_sigma < share * more.predicted_sigma for less, more in pairs):
+                best = replace(one, tolerance=tolerance)
     return best
 
 
@@ -85,19 +87,14 @@ def _may_leave_out(best: OpticsPlan) -> bool:
     return min(most for _, most in defocus.ranges_px) <= MOST_SHARP_PX
 
 
-def _blurs_all(optics: OpticsPlan) -> bool:
-    """Whether a plan leaves out the blur of no place."""
-    return optics.defocus is not None and all(least > optics.accuracy.sharp_px for least, _ in optics.defocus.ranges_px)
+def _moves_as_one(optics: OpticsPlan) -> bool:
+    """Whether all of the image moves alike, if it does: it is the mean of images at rest then, and so is what is left out."""
+    return all(motion.moves_alike for motion in (optics.motion, optics.flash_motion) if motion is not None)
 
 
 def may_be_sharp(optics: OpticsPlan) -> bool:
-    """Whether a plan blurs a scene by circles that a larger tolerance may leave out.
-
-    An image that moves as one is the mean of images at rest, so that what is left out of it is no more than of them.
-    """
-    motions = [motion for motion in (optics.motion, optics.flash_motion) if motion is not None]
-    moves_alike = all(motion.moves_alike for motion in motions)
-    return moves_alike and optics.defocus is not None and optics.defocus.largest_px <= MOST_SHARP_PX
+    """Whether a plan blurs a scene that rests or moves as one by circles that a larger tolerance may leave out."""
+    return _moves_as_one(optics) and optics.defocus is not None and optics.defocus.largest_px <= MOST_SHARP_PX
 
 
 def is_at_rest(optics: OpticsPlan) -> bool:

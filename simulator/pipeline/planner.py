@@ -1,6 +1,7 @@
 """The plan of a shot: what is computed, what is skipped and why. `pipeline.simulate` executes it."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -192,7 +193,7 @@ def _plan_light(
         def of(tolerance: float, is_sharp: bool = False) -> OpticsPlan:
             return plan_optics(lit, shot.lens, sensor, tolerance, timing, whole=shot.tolerance, is_sharp=is_sharp)
 
-        return allot(shot.tolerance, of, make_sharp=lambda: of(shot.tolerance, is_sharp=True))
+        return allot(shot.tolerance, of, make_sharp=partial(of, is_sharp=True))
 
     key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent), timing)
     if cache is None or key is None:

@@ -100,11 +100,14 @@ def test_small_circles_are_left_out_where_a_background_that_is_not_known_leaves_
     ("seed", "number"),
     [
         pytest.param(5801, 191, id="a tilted wall moves as a whole where points that carry its distances leave more"),
+        pytest.param(
+            6401, 10, id="a tilted wall that moves as a whole nearly in focus is not blurred where such points leave more"
+        ),
         pytest.param(5801, 147, id="a photograph that turns is not blurred where a low-pass filter after that leaves more"),
     ],
 )
 def test_a_moving_picture_has_the_plan_of_a_larger_tolerance_where_it_leaves_less(seed, number, tmp_path):
-    """At a third of their tolerance the audit found 8 and 16 times the error."""
+    """At a third of their tolerance the audit found 8, 9 and 16 times the error."""
     shot = load_shot(draw_shot(seed, number).write(tmp_path))
     found, tighter = plan(shot).error_budget, plan(dataclasses.replace(shot, tolerance=shot.tolerance / 3.0)).error_budget
     assert found.is_clamped and tighter.is_clamped and tighter.tolerance == shot.tolerance / 3.0

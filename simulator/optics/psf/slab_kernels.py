@@ -251,24 +251,20 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
     def tables(field_xy: tuple[float, float]) -> _Tables:
         samples = source.samples(field_xy)
         kernels = source.photosites(samples)[..., ::-1, ::-1] / within[:, None, None]
-        spare = (smooth.shape[-1] - kernels.shape[-1]) // 2
-        near = slice(spare, spare + kernels.shape[-1])
-        return _Tables(np.asarray(kernels - smooth[:, near, near]), smooth[:, near, near], samples[::-1, ::-1])
+        near = _of_size(smooth, kernels.shape[-1])
+        return _Tables(np.asarray(kernels - near), near, samples[::-1, ::-1])
 
-    zones = _reaches(psf, tables)
+    zones = _zones(psf, tables, light)
     rows, columns = psf.nodes
     mirrors = not source.has_blades  # light falls alike in mirrored places
     quarter: dict[tuple[int, int, int], np.ndarray] = {}
+    rings = np.zeros((len(psf.radii_px), rows, columns), bool)
     for row, column in itertools.product(*(range((count + 1) // 2 if mirrors else count) for count in psf.nodes)):
         place = psf.field_xy(row, column)
-        for number, (table, (reach_px, taper_px)) in enumerate(
-            zip(tables(place).cores, zones[_zone(place)].tolist(), strict=True)
-        ):
-            quarter[number, row, column] = _cut(table, reach_px, taper_px, light, seen)[None]
-    rings = np.zeros((len(psf.radii_px), rows, columns), bool)
-    for node in {place[1:]: None for place in quarter} if psf.highlight_limits else ():
-        own = _rings([quarter[number, *node][0] for number in range(len(rings))], smooth, seen)
-        rings[np.ix_(range(len(rings)), *_mirrored(node, psf.nodes, mirrors=mirrors))] = own[:, None, None]
+        zone = zones[_zone(place)]
+        for number, core in enumerate(_cores(tables(place), zone, light, seen)):
+            quarter[number, row, column] = core[None]
+        rings[np.ix_(range(len(rings)), *_mirrored((row, column), psf.nodes, mirrors=mirrors))] = zone.rings[:, None, None]
     if rings.any():
         quarter = {place: _with_highlights(core[0]) for place, core in quarter.items()}
     reach, cores = np.zeros((len(psf.radii_px), rows, columns), int), {}
@@ -280,6 +276,14 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
     apart = [slab for slab in range(len(psf.radii_px)) if not psf.is_continuous(slab)]
     starts = np.array(apart)[np.searchsorted(apart, np.arange(len(psf.radii_px)), side="right") - 1]
     return SlabKernels(np.array(psf.radii_px), starts, reach, cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
+
+
+def _of_size(tables: np.ndarray, size: int) -> np.ndarray:
+    """Middle of tables (channels, n, n), with zeros around it where they are smaller, (channels, size, size)."""
+    beyond = max((size - tables.shape[-1]) // 2, 0)
+    padded = np.pad(tables, ((0, 0), (beyond, beyond), (beyond, beyond)))
+    spare = (padded.shape[-1] - size) // 2
+    return padded[:, spare : spare + size, spare : spare + size]
 
 
 def _mirrored(node: tuple[int, int], nodes: tuple[int, int], *, mirrors: bool) -> list[list[int]]:
@@ -304,17 +308,39 @@ def _zone(field_xy: tuple[float, float]) -> int:
     return min(int(math.hypot(*field_xy) * ZONES), ZONES - 1)
 
 
-def _reaches(psf: FieldPsf, tables: Callable[[tuple[float, float]], _Tables]) -> list[np.ndarray]:
-    """Reach and taper of each slab's cores, (slabs, 2), in rings of the field of equal width: as far as the scene may show."""
+@dataclass(frozen=True)
+class _Zone:
+    """A ring of the field, of a width that all have.
+
+    reaches: reach and taper of each slab's cores, (slabs, 2), as far as the scene may show. rings: (slabs,) whether light of
+    highlights shows their negative values at either end of the zone.
+    """
+
+    reaches: np.ndarray
+    rings: np.ndarray
+
+
+def _zones(psf: FieldPsf, tables: Callable[[tuple[float, float]], _Tables], light: np.ndarray) -> list[_Zone]:
+    """Cores of the ZONES, measured at three places each. light: of `SlabKernels`."""
     assert psf.seen is not None  # plan_slabs
-    if psf.nodes == (1, 1):
-        return ZONES * [_slab_reaches([tables((0.0, 0.0))], psf, psf.seen)]
-    found = []
-    for zone in range(ZONES):
-        height = (zone + 1) / ZONES
-        places = [tables((height * math.cos(angle), height * math.sin(angle))) for angle in np.linspace(0.0, 0.5 * math.pi, 3)]
-        found.append(_slab_reaches(places, psf, psf.seen))
-    return found
+    seen, varies = psf.seen, psf.nodes != (1, 1)
+    found, inner = list[_Zone](), np.zeros(len(psf.radii_px), bool)
+    for height in [(zone + 1) / ZONES for zone in range(ZONES)] if varies else [0.0]:
+        angles = np.linspace(0.0, 0.5 * math.pi, 3) if varies else (0.0,)
+        places = [tables((height * math.cos(angle), height * math.sin(angle))) for angle in angles]
+        zone = _Zone(_slab_reaches(places, psf, seen), inner)
+        if psf.highlight_limits:
+            ends = places if found or not varies else [*places, tables((0.0, 0.0))]  # of the first also its middle
+            every = [_rings(_cores(one, zone, light, seen), one.smooth, seen) for one in ends]
+            zone, inner = replace(zone, rings=np.logical_or.reduce([inner, *every])), np.logical_or.reduce(every)
+        found.append(zone)
+    return found if varies else ZONES * found
+
+
+def _cores(tables: _Tables, zone: _Zone, light: np.ndarray, seen: Visibility) -> list[np.ndarray]:
+    """Core of each slab at a place of a zone, (channels, taps, taps) float32 each."""
+    pairs = zip(tables.cores, zone.reaches.tolist(), strict=True)
+    return [_cut(table, reach_px, taper_px, light, seen) for table, (reach_px, taper_px) in pairs]
 
 
 def _slab_reaches(places: list[_Tables], psf: FieldPsf, seen: Visibility) -> np.ndarray:

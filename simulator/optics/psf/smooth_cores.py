@@ -68,21 +68,27 @@ class ShownKernel:
         count = len(samples)
         self.half = count // SAMPLES // 2 + int(np.ceil(self.width_px)) + sampling.margin_px(pitch_um)
         open_part = self.width_px, float(np.sqrt(sampling.fill_factor)), sampling.low_pass_um / pitch_um
-        inside = (np.arange(count) - count // 2) / SAMPLES
-        exact = [pixel_light(self._places(place) - inside[None, :], *open_part) for place in SHOWN_PLACES]
+        exact = _shown_lines(self.half, count, SAMPLES, *open_part)
         light = samples / samples.sum()
         self.truth = [[down @ light @ across.T for across in exact] for down in exact]
 
-    def _places(self, place: float) -> np.ndarray:
-        return np.asarray(np.arange(-self.half, self.half + 1.0)[:, None] + place)
-
     def error(self, table: np.ndarray) -> float:
         """Error of gathering with a table (size, size) of weights of sum 1, as of `Visibility.error`, at the worst place."""
-        photosites = np.arange(-(len(table) // 2), len(table) // 2 + 1.0)[None, :]
-        lines = [pixel_light(self._places(place) - photosites, self.width_px) for place in SHOWN_PLACES]
+        lines = _shown_lines(self.half, len(table), 1, self.width_px)
         table = table / table.sum()
         return max(
             self.seen.shown_error(down @ table @ across.T - truth)
             for down, row in zip(lines, self.truth, strict=True)
             for across, truth in zip(lines, row, strict=True)
         )
+
+
+@lru_cache(maxsize=64)
+def _shown_lines(half: int, count: int, per_photosite: int, *shape: float) -> list[np.ndarray]:
+    """Light of scene pixels at SHOWN_PLACES on each of (2 half + 1) photosites, by their place (..., count) along an axis.
+
+    per_photosite: of the places. shape: width and further arguments of `pixel_light`.
+    """
+    photosites = np.arange(-half, half + 1.0)[:, None]
+    places = (np.arange(count) - count // 2)[None, :] / per_photosite
+    return [pixel_light(photosites + place - places, *shape) for place in SHOWN_PLACES]

@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from audit.drawn_shots import draw_shot
+from audit.shot_truth import run
 from helpers.aberrated_walls import SPHERICAL, depth_at, depth_map, thin_lens
 from helpers.camera_builders import green_camera
 from helpers.green_frames import EXPOSURE, PITCH_UM
@@ -13,6 +15,7 @@ from helpers.scene_builders import band_scene
 from scipy.ndimage import map_coordinates
 from scipy.signal import fftconvolve
 
+from simulator.config import load_shot
 from simulator.device import Device
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.wavefront import Aberrations
@@ -204,3 +207,13 @@ def electrons_of(planned: Plan, tiles: TilePlan | None, device: Device) -> np.nd
     planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
     light, shape = psf_mosaic(optics, tiles, device, planes, lambda share: None), (optics.window.height, optics.window.width)
     return optics.accuracy.electrons_per_radiance * device.download(light, shape, np.float32)
+
+
+def test_kernels_wider_than_their_tail_hold_all_light(device, tmp_path):
+    """A wall out of focus by 11 photosites behind one in focus: its kernels end beyond the tail of the latter."""
+    shot = load_shot(draw_shot(6401, 124).write(tmp_path))
+    planned = measure(plan(shot), device)
+    assert planned.optics.psf is not None and planned.optics.psf.is_gathered_by_distance
+    sharp = dataclasses.replace(shot, lens=dataclasses.replace(shot.lens, diffraction=False))
+    found, geometric = (run(one, own, device) for one, own in ((planned, shot), (measure(plan(sharp), device), sharp)))
+    assert found.mean() == pytest.approx(geometric.mean(), rel=2e-3)
