@@ -217,3 +217,18 @@ def test_kernels_wider_than_their_tail_hold_all_light(device, tmp_path):
     sharp = dataclasses.replace(shot, lens=dataclasses.replace(shot.lens, diffraction=False))
     found, geometric = (run(one, own, device) for one, own in ((planned, shot), (measure(plan(sharp), device), sharp)))
     assert found.mean() == pytest.approx(geometric.mean(), rel=2e-3)
+
+
+@pytest.mark.parametrize("aberrations", [SPHERICAL, Aberrations(spherical_um=0.4, coma_um=0.4)], ids=["spherical", "coma"])
+def test_nothing_is_darker_beside_lamps(aberrations):
+    """Kernels between photosites as wide as their spots ring: the dark beside lamps had a tenth of its light."""
+    through, wide = thin_lens(8.0, aberrations), 8.0 / PITCH_UM
+    depth_m, dark = depth_map(through, 0.8 * wide, 0.1 * wide), np.full((SIDE, SIDE), 0.02)
+    lit = dark.copy()
+    lit[SIDE // 4 :: 17, 5::19] = 400.0
+    shot = shot_of(lit, through, depth_m, pixel_pitch_um=8.0)
+    planned = plan(shot)
+    assert planned.optics.psf is not None and slab_kernels_of(planned.optics.psf, 1).rings.any()
+    unlit = dataclasses.replace(shot, scene=band_scene(dark, depth_m, interpolation="nearest"))
+    share = simulate(shot).mean_electrons / simulate(unlit).mean_electrons
+    assert np.quantile(share, 0.001) > 0.8
