@@ -368,7 +368,7 @@ def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> P
 
 def _instants_ms(optics: OpticsPlan, motion: "MotionPlan", budget: ErrorBudget) -> float:
     """Time of the image at each instant, over the lines that it lights, of a scene that is posed and measured anew."""
-    from simulator.optics.geometry.motion_plan import posed  # nothing moves in most shots
+    from simulator.optics.geometry.posed_projection import posed  # nothing moves in most shots
 
     window, axis = optics.window, motion.path.lines.axis
     nodes, lit = instants_of(motion, window.height)

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.geometry.motion_plan import MotionPlan, posed
+from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.posed_projection import posed
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.layer_cells import cells_mosaic
 from simulator.optics.passes.still_mosaic import still_mosaic

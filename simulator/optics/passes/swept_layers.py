@@ -11,7 +11,8 @@ from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.aperture_samples import moving_samples, sample_count
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_motion import CELL_PX
-from simulator.optics.geometry.motion_plan import MotionPlan, row_views
+from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.posed_projection import row_views
 from simulator.optics.geometry.projection import ANY_CFA
 from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, OpticsPlan
 from simulator.optics.passes.layer_means import Grid, LayerMeans, row_places, spots_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.geometry.motion_plan import posed
+from simulator.optics.geometry.posed_projection import posed
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.read_areas import read_areas

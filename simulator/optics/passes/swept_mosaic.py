@@ -10,7 +10,7 @@ from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.accuracy import LAMP_PEAK
 from simulator.optics.defocus.scene_light import brighter_pixels
 from simulator.optics.geometry.instants import Instants
-from simulator.optics.geometry.motion_plan import pose_numbers, row_views, widest
+from simulator.optics.geometry.posed_projection import pose_numbers, row_views, widest
 from simulator.optics.geometry.projection import ANY_CFA, Projection
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.layer_cells import cells_mosaic, cells_planes

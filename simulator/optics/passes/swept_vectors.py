@@ -3,8 +3,9 @@
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.geometry.motion_plan import MotionPlan, pose_numbers, widest
+from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.pixel_vectors import NEAR_PX, STARTS, TILE, PixelVectors
+from simulator.optics.geometry.posed_projection import pose_numbers, widest
 from simulator.optics.optics_plan import OpticsPlan
 
 

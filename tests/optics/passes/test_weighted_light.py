@@ -10,19 +10,16 @@ from helpers.camera_builders import small_camera
 from helpers.moving_frame import dense_mean, moving_light, plan_moving, rolling
 from helpers.scene_builders import band_scene
 
-from simulator.device import open_device
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
-from simulator.optics.geometry.motion_plan import MotionPlan, posed
-from simulator.optics.geometry.projection import Projection, project
-from simulator.optics.lens.distortion import Distortion, plan_warp
+from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.posed_projection import posed
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera import Window
-from simulator.sensor.camera.cfa import Cfa
 
 WIDTH, HEIGHT, PITCH_UM = 64, 32, 40.0
 CAMERA = small_camera(WIDTH, HEIGHT, pixel_pitch_um=PITCH_UM)
@@ -132,53 +129,3 @@ def test_layers_that_move_apart_behind_a_lens_that_blurs_are_no_sum_of_instants(
     scene = band_scene(PICTURE * coverage, 10.0, coverage=coverage, behind=far)
     shot = replace(shot_of(ThinLens(50.0, 2.0, 20.0), scene=scene), motion=Motion(camera=SteadyMotion(right_m_per_s=9.0)))
     assert plan_moving(shot).optics.motion.method == "joint"
-
-
-def posed_light(homography: np.ndarray, pixels: np.ndarray, allowed: float, **settings) -> tuple[Projection, np.ndarray]:
-    """Projection of a scene of FINE x FINE pixels per photosite, and its light on the moved sensor. settings: of it."""
-    motion = plan_moving(shot_of(SHARP)).optics.motion
-    assert motion is not None
-    still = Projection(FINE, 0.0, 0.0, *pixels.shape[::-1], round(FINE), False)
-    projection = replace(posed(still, motion, homography, allowed), **settings)
-    device = open_device()
-    planes = device.upload(pixels.astype(np.float32))
-    light = project(device, projection, Cfa.uniform(0), Window(0, 0, WIDTH, HEIGHT), planes)
-    return projection, device.download(light, (HEIGHT, WIDTH), np.float32)
-
-
-FINE = 4.0
-SQUARES = (np.random.default_rng(5).random((round(HEIGHT * FINE), round(WIDTH * FINE))) < 0.5).astype(float)
-
-
-@pytest.mark.parametrize("nearer", [0.0, 1e-3, 0.05, 0.3])
-def test_a_zoom_keeps_all_light(nearer):
-    """Photosites that see a wider part of a fine scene touch more of its pixels: a tenth was lost where 0.3 more are seen."""
-    homography = np.array([[1.0 + nearer, 0.0, 0.013], [0.0, 1.0 + nearer, 0.017], [1e-3 * nearer, 0.0, 1.0]])
-    _, light = posed_light(homography, np.ones_like(SQUARES), 1e-3)
-    assert light == pytest.approx(1.0, abs=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("angle_rad", "allowed", "parts"),
-    [(0.0, 0.0, 1), (1e-9, 0.0, 4), (4e-4, 1e-3, 1), (1.7e-3, 1e-3, 2), (0.02, 1e-3, 4), (np.pi / 2 - 4e-4, 1e-3, 1)],
-)
-def test_photosites_that_hardly_lean_have_few_parts(angle_rad, allowed, parts):
-    """Black and white squares against 64 x 64 parts."""
-    turn = np.array([[np.cos(angle_rad), -np.sin(angle_rad), 0.31], [np.sin(angle_rad), np.cos(angle_rad), 0.17], [0, 0, 1]])
-    projection, light = posed_light(turn, SQUARES, allowed)
-    _, truth = posed_light(turn, SQUARES, allowed, tilted_parts=64)
-    assert projection.tilted_parts == parts
-    if parts < 4:
-        assert np.quantile(np.abs(light - truth), 0.999) <= 0.2 * allowed + 2e-6
-
-
-def test_a_lens_that_distorts_makes_photosites_lean():
-    """k1 times twice the product of both places, at the corner; a roll adds to it."""
-    warp = plan_warp(Distortion(k1=-0.02, unit="half_diagonal"), 1000.0, WIDTH, HEIGHT, 1)
-    assert warp is not None
-    corner = 0.5 * WIDTH * 0.5 * HEIGHT / (0.25 * (WIDTH**2 + HEIGHT**2))
-    assert warp.tilt(WIDTH, HEIGHT) == pytest.approx(2.0 * 0.02 * corner, rel=0.2)
-    still = replace(plan_moving(shot_of(SHARP)).optics.projection, warp=warp)
-    motion = plan_moving(shot_of(SHARP)).optics.motion
-    assert motion is not None
-    assert [posed(still, motion, np.eye(3), allowed).tilted_parts for allowed in (0.1, 0.02, 0.001)] == [1, 2, 4]
