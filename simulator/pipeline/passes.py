@@ -52,7 +52,6 @@ LAUNCH_MS = {  # of a pass, however small: Python, plan of its launches, and the
 }
 MAP_MS = 0.3  # the same of each map of blur radii
 LEAST_MS = 0.13  # the same of a pass that is not listed
-SEEN_POSES = 9  # of a path, by which photosites that lean are counted
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
     "scene planes": 0.15,  # per scene pixel, spectral band and colour
@@ -368,18 +367,13 @@ def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> P
 
 def _instants_ms(optics: OpticsPlan, motion: "MotionPlan", budget: ErrorBudget) -> float:
     """Time of the image at each instant, over the lines that it lights, of a scene that is posed and measured anew."""
-    from simulator.optics.geometry.posed_projection import posed  # nothing moves in most shots
+    from simulator.optics.geometry.posed_projection import most_parted  # nothing moves in most shots
 
     window, axis = optics.window, motion.path.lines.axis
     nodes, lit = instants_of(motion, window.height)
     part = replace(window, height=lit) if axis == "rows" else window
-    poses = motion.path.poses[np.unique(np.linspace(0, len(motion.path.poses) - 1, SEEN_POSES).astype(int))]
-    every = [
-        posed(optics.projection, motion, one, optics.accuracy.allowed) for one in motion.path.motion.homographies(poses, 0)
-    ]
-    still = replace(
-        optics, projection=max(every, key=lambda one: one.tilted_parts), motion=None, flash_motion=None, window=part
-    )
+    moved = most_parted(optics.projection, motion, optics.accuracy.allowed)
+    still = replace(optics, projection=moved, motion=None, flash_motion=None, window=part)
     defocus = _defocus(still, None, budget)
     each = (_projection(still), _radius_statistics(still, defocus), defocus, _psf(still, budget, None))
     return instants_cost_ms(nodes, sum(one.cost_ms for one in each))

@@ -118,7 +118,7 @@ def error_terms(
             )  # it is what is left
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
-            if not is_sloped:
+            if len(defocus.radii_px) > 1 and not is_sloped:
                 alone_left = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, 0.0)
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
             if squares > 0.0 and len(defocus.radii_px) == 1:  # else edges of layers count, whatever their light is

@@ -7,7 +7,7 @@ import numpy as np
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import TILTED_PARTS, Projection
 
-SEEN_POSES = 33  # of many, whose largest stretch is looked for
+SEEN_POSES = 33  # of many, whose largest stretch and parts are looked for
 POSE_NUMBERS = 10  # of `pose_numbers`
 TILT_SHARE, OF_TILT = 0.2, 0.45  # of the allowed error, for photosites that lean; and of that (`posed`)
 TILT_PARTS = 1, 2, TILTED_PARTS  # upright parts per axis that these may have
@@ -29,11 +29,22 @@ def posed(projection: Projection, plan: MotionPlan, homography: np.ndarray, allo
     return replace(projection, pose=pose, stretch=projection.stretch * stretch, tilted_parts=parts)
 
 
+def most_parted(projection: Projection, plan: MotionPlan, allowed: float) -> Projection:
+    """Return the projection `posed` at some instant of the path whose photosites have the most parts, as work is counted by."""
+    every = [posed(projection, plan, one, allowed) for one in _some(plan.path.motion.homographies(plan.path.poses, 0))]
+    return max(every, key=lambda one: one.tilted_parts)
+
+
+def _some(homographies: np.ndarray) -> np.ndarray:
+    """Up to SEEN_POSES of homographies (..., 3, 3), the first and the last among them."""
+    every = homographies.reshape(-1, 3, 3)
+    return every[np.unique(np.linspace(0, len(every) - 1, SEEN_POSES).astype(int))]
+
+
 def widest(projection: Projection, plan: MotionPlan, homographies: np.ndarray) -> Projection:
     """Return the projection for photosites that kernels move by any of homographies (..., 3, 3): of the largest stretch."""
-    every, geometry = homographies.reshape(-1, 3, 3), plan.path.motion.geometry
-    some = every[np.unique(np.linspace(0, len(every) - 1, SEEN_POSES).astype(int))]
-    stretch = max(shape_of(one, geometry.width_px, geometry.height_px)[1] for one in some)
+    geometry = plan.path.motion.geometry
+    stretch = max(shape_of(one, geometry.width_px, geometry.height_px)[1] for one in _some(homographies))
     return replace(projection, pose=(0.0,) * POSE_NUMBERS, stretch=projection.stretch * stretch)
 
 
