@@ -61,25 +61,30 @@ def exact_means(shot: Shot, planned: Plan) -> Truth | None:
     is_whole = abs(projection.scale - scale) < 1e-9 and projection.offset_x == projection.offset_y == 0.0
     if scene.behind or shot.motion is not None or camera.low_pass_um > 0.0 or not is_whole:
         return None
-    if not shot.lens.pupil.is_round or projection.warp is not None:
+    pupil = shot.lens.pupil
+    corners = None if pupil.is_round else pupil.corners()
+    if not (pupil.is_round or pupil.blade_curvature == 0.0) or projection.warp is not None:
         return None
     assert isinstance(scene.depth_m, float | int)
     radius = radius_px(shot.lens, camera.pixel_pitch_um, float(scene.depth_m))
-    margin = math.ceil(abs(radius)) + 1
+    margin = math.ceil(abs(radius) * pupil.corner_radius) + 1
     light = scene.planes.astype(np.float64) @ planned.optics.weights.astype(np.float64)
     light = np.pad(light, ((margin * scale, margin * scale), (margin * scale, margin * scale), (0, 0)), "edge")
     shape = light.shape[0] // scale, light.shape[1] // scale
-    means = [means_with_lamps(light[..., one], shape, abs(radius), camera.fill_factor) for one in range(light.shape[2])]
+    means = [means_with_lamps(light[..., one], shape, radius, camera.fill_factor, corners) for one in range(light.shape[2])]
     inside = np.stack(means)[:, margin + window.y :, margin + window.x :][:, : window.height, : window.width]
     found = np.take_along_axis(inside, channels_of(planned)[None], axis=0)[0] * _electrons_per_radiance(shot, planned)
     return Truth(found, np.zeros_like(found))
 
 
-def means_with_lamps(light: np.ndarray, shape: tuple[int, int], radius: float, fill_factor: float) -> np.ndarray:
+def means_with_lamps(
+    light: np.ndarray, shape: tuple[int, int], radius: float, fill_factor: float, corners: np.ndarray | None = None
+) -> np.ndarray:
     """`photosite_means`, of pixels so bright that the rim of their spots shows steps between chords from more of these."""
     is_lamp = light > LAMP_TIMES * np.partition(light, -MOST_LAMPS - 1, axis=None)[-MOST_LAMPS - 1]
-    means = photosite_means(np.where(is_lamp, 0.0, light), shape, radius, fill_factor)
-    scale, reach = light.shape[0] // shape[0], math.ceil(radius) + 1
+    means = photosite_means(np.where(is_lamp, 0.0, light), shape, radius, fill_factor, corners=corners)
+    widest = 1.0 if corners is None else float(np.hypot(*corners.T).max())
+    scale, reach = light.shape[0] // shape[0], math.ceil(abs(radius) * widest) + 1
     side, spots = 2 * reach + 1, dict[tuple[int, int], np.ndarray]()
     around = np.pad(means, reach)
     for row, column in np.argwhere(is_lamp).tolist():
@@ -87,7 +92,7 @@ def means_with_lamps(light: np.ndarray, shape: tuple[int, int], radius: float, f
         if place not in spots:
             pixel = np.zeros((side * scale, side * scale))
             pixel[reach * scale + place[0], reach * scale + place[1]] = 1.0
-            spots[place] = photosite_means(pixel, (side, side), radius, fill_factor, chords=LAMP_CHORDS)
+            spots[place] = photosite_means(pixel, (side, side), radius, fill_factor, LAMP_CHORDS, corners)
         top, left = row // scale, column // scale
         around[top : top + side, left : left + side] += light[row, column] * spots[place]
     return around[reach:-reach, reach:-reach]

@@ -1,7 +1,8 @@
 """Photosites as areas, in float64: exact means of a scene of even square pixels behind a lens out of focus.
 
-The aperture is a disk, cut into chords: along a chord the mean of the overlap of photosite and pixel has a closed form, and the
-chords are summed by the midpoint rule in the angle at which they begin.
+The aperture is a disk or a convex polygon, cut into chords: along a chord the mean of the overlap of photosite and pixel has a
+closed form. Chords of a disk are summed by the midpoint rule in the angle at which they begin, those of a polygon from corner
+to corner.
 """
 
 import math
@@ -12,12 +13,18 @@ CHORDS = 256
 
 
 def photosite_means(
-    pixels: np.ndarray, shape: tuple[int, int], radius_px: float = 0.0, fill_factor: float = 1.0, chords: int = CHORDS
+    pixels: np.ndarray,
+    shape: tuple[int, int],
+    radius_px: float = 0.0,
+    fill_factor: float = 1.0,
+    chords: int = CHORDS,
+    corners: np.ndarray | None = None,
 ) -> np.ndarray:
     """Mean of each photosite's open area, (rows, columns) float64, of a scene that covers the sensor.
 
     pixels: (height, width) radiance of even squares, 0 beyond them; as many per photosite in y as in x. shape: rows and columns
-    of photosites. radius_px: blur radius [photosites].
+    of photosites. radius_px: signed blur radius [photosites]. corners: of the aperture, in order, (n, 2) [pupil radii]; None: a
+    disk.
     """
     scale, side = pixels.shape[1] / shape[1], math.sqrt(fill_factor)
     assert math.isclose(scale, pixels.shape[0] / shape[0])
@@ -27,13 +34,30 @@ def photosite_means(
 
     if radius_px == 0.0:
         return overlaps(0, 0.0, 0.0) @ pixels @ overlaps(1, 0.0, 0.0).T
-    angles = math.pi * ((np.arange(chords) + 0.5) / chords - 0.5)
-    shares = np.cos(angles) ** 2 / np.sum(np.cos(angles) ** 2)
     means = np.zeros(shape)
-    for angle, share in zip(angles.tolist(), shares.tolist(), strict=True):
-        across = overlaps(1, 0.0, radius_px * math.cos(angle))
-        means += share * (overlaps(0, radius_px * math.sin(angle), 0.0) @ pixels @ across.T)
+    for down, right, half, share in (_disk_chords(chords) if corners is None else _polygon_chords(corners, chords)).tolist():
+        across = overlaps(1, radius_px * right, abs(radius_px) * half)
+        means += share * (overlaps(0, radius_px * down, 0.0) @ pixels @ across.T)
     return means
+
+
+def _disk_chords(count: int) -> np.ndarray:
+    """Row, middle and half length of chords of the unit disk, and the share of its area that each stands for, (count, 4)."""
+    angles = math.pi * ((np.arange(count) + 0.5) / count - 0.5)
+    area = np.cos(angles) ** 2
+    return np.stack([np.sin(angles), np.zeros(count), np.cos(angles), area / area.sum()], axis=-1)
+
+
+def _polygon_chords(corners: np.ndarray, count: int) -> np.ndarray:
+    """`_disk_chords` of a convex polygon, so many between the rows of one corner and those of the next."""
+    rows = np.unique(corners[:, 1])
+    y = (rows[:-1, None] + np.diff(rows)[:, None] * (np.arange(count) + 0.5) / count).ravel()
+    (x0, y0), (x1, y1) = corners.T, np.roll(corners, -1, axis=0).T
+    crosses = (y0 < y[:, None]) != (y1 < y[:, None])
+    x = x0 + (x1 - x0) * (y[:, None] - y0) / np.where(y1 == y0, 1.0, y1 - y0)
+    left, right = np.where(crosses, x, np.inf).min(axis=1), np.where(crosses, x, -np.inf).max(axis=1)
+    area = (right - left) * np.repeat(np.diff(rows), count)
+    return np.stack([y, 0.5 * (left + right), 0.5 * (right - left), area / area.sum()], axis=-1)
 
 
 def means_behind_a_near_surface(

@@ -12,13 +12,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from simulator.optics.defocus.blade_kernel import blade_weights
 from simulator.optics.defocus.clipped_kernel import image_grid, shape_weights
 from simulator.optics.defocus.path_weights import path_weights
 from simulator.optics.defocus.photosite_area import FINEST, WHOLE, PhotositeArea
 from simulator.optics.defocus.square_kernel import disk_square_weights
 from simulator.optics.pupil.pupil import Pupil
 
-SLICES = 64  # rows per photosite into which the image of an aperture with blades is cut
 MOST_AT_ONCE, MOST_WEIGHTS = 16, 4e6  # largest batch of images of the clipped aperture: images, and weights
 DIRECT = 49  # most weights of a kernel for which reading samples needs no more reads than reading running sums
 CHUNK = 8  # taps that kernels/defocus.cl adds up at a time
@@ -52,32 +52,21 @@ def disk_shares(x: np.ndarray, y: np.ndarray, radius_px: float, width_px: int) -
 def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
     """Weights of the aperture's image of this signed radius [px] on the axis, (2 n + 1, 2 n + 1) float64, sum 1.
 
-    A photosite at x sees the point x + radius u through the point u of the pupil (`Pupil`). The image of a pupil with blades is
-    cut into SLICES rows per photosite; the length of each row within each photosite is exact.
+    A photosite at x sees the point x + radius u through the point u of the pupil (`Pupil`).
     """
     if pupil.is_round:
         return disk_weights(radius_px)
     if abs(radius_px) * pupil.corner_radius <= 0.5:
         return np.ones((1, 1))
-    rows, left, right = (radius_px * places for places in pupil.spans())
-    if radius_px < 0:
-        rows, left, right = rows[::-1], right[::-1], left[::-1]
-    reach = max(0, math.ceil(float(np.abs([*rows[[0, -1]], left.min(), right.max()]).max()) - 0.5))
-    slices = (np.arange((2 * reach + 1) * SLICES) + 0.5) / SLICES - reach - 0.5
-    low, high = (np.interp(slices, rows, ends, left=0.0, right=0.0)[:, None] for ends in (left, right))
-    borders = np.arange(-reach, reach + 2) - 0.5
-    lengths = np.diff(np.clip(borders, low, high), axis=1)
-    weights = lengths.reshape(2 * reach + 1, SLICES, -1).sum(axis=1)
-    return weights / weights.sum()
+    return blade_weights(pupil, radius_px, 1)
 
 
 def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int, area: PhotositeArea = WHOLE) -> np.ndarray:
     """Weights of the samples that a photosite sees through the aperture: (n, n) float64, sum 1.
 
     radius_px: signed blur radius [photosites]. samples_per_axis: samples per photosite and axis. The weights are the
-    aperture's image on the grid of samples, averaged over the photosite's own samples; where samples are even squares, exact
-    for a round pupil (`disk_square_weights`) and by parts for others (`PhotositeArea`). n is odd where samples_per_axis is;
-    where n is even, the photosite's centre lies between the middle ones.
+    aperture's image on the grid of samples, averaged over the photosite's own samples; where samples are even squares, exact.
+    n is odd where samples_per_axis is; where n is even, the photosite's centre lies between the middle ones.
     """
 
     def gather(radius_px: float, samples: int) -> np.ndarray:
@@ -85,8 +74,10 @@ def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int, are
 
     if (path := area.path_behind(radius_px, samples_per_axis)) is not None:
         return path_weights(partial(aperture_weights, pupil), radius_px, path)
-    if area.has_squares(samples_per_axis) and radius_px != 0.0 and pupil.is_round:
-        return disk_square_weights(radius_px, samples_per_axis, area.open_side)
+    if area.has_squares(samples_per_axis) and radius_px != 0.0:
+        if pupil.is_round:
+            return disk_square_weights(radius_px, samples_per_axis, area.open_side)
+        return blade_weights(pupil, samples_per_axis * radius_px, samples_per_axis, samples_per_axis * area.open_side)
     return area.weights(gather, radius_px, samples_per_axis)
 
 

@@ -19,7 +19,7 @@ from simulator.optics.lens.perspective import AIRY_ZERO
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.defocused_psf import DefocusedPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
-from simulator.optics.psf.kernel_split import Core, tail_reach
+from simulator.optics.psf.kernel_split import Core, farthest_tail_px, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable, interpolation_weights, rotate_kernel, skew_kernel
 from simulator.optics.psf.square_light import line_weights
@@ -129,8 +129,29 @@ class FieldPsf:
         """Margin that a gather with core, tail and corrections needs [photosites]; without a core that of corrections."""
         own = 0 if self.core is None else self.core.arm_px
         if self.core is not None and self.core.has_tail:
-            own = max(own, self.core.cell_px * (tail_reach(self.reach_px, self.core.cell_px) + 2))
+            cell_px, reach_px = self.core.cell_px, self.reach_px
+            if self.is_gathered_by_distance:
+                reach_px = self._with_margin(self.tail_kernel(cell_px).size_px)
+            own = max(own, cell_px * (tail_reach(reach_px, cell_px) + 2))
         return max(own, *(correction_reach_px(radius) for radius in self.corrected_px), 0)
+
+    @property
+    def held_px(self) -> float:
+        """Distance from the geometric rays up to which all kernels hold the light of a wavefront [photosites]."""
+        if self.core is not None and self.is_gathered_by_distance:
+            return 0.5 * self.tail_kernel(self.core.cell_px).size_px
+        assert isinstance(self.lens_psf, WavefrontPsf)  # others have a size of their own
+        slabs = enumerate(np.abs(self.radii_px) * self.lens_psf.opening.reach)
+        return min(0.5 * lens.size_px - radius for slab, radius in slabs if (lens := self._slab_psf(slab)) is not None)
+
+    def tail_kernel(self, cell_px: int) -> WavefrontPsf:
+        """Return the PSF in focus of the tail that slabs share on cells of this size; light beyond its kernel is that of wings.
+
+        The kernel is cut where such a tail ends.
+        """
+        focus = self.fit_kernel(0.0)
+        most_px = farthest_tail_px(cell_px) - self.sampling.margin_px(self.pitch_um, self.footprint)
+        return replace(focus, size_px=min(focus.size_px, 2 * most_px + 1))
 
     @cached_property
     def x_px(self) -> np.ndarray:
@@ -147,7 +168,11 @@ class FieldPsf:
         """Half width of the largest kernel [photosites]."""
         found = (self._slab_psf(slab) for slab in range(len(self.radii_px)))
         size = max(1 if lens is None else lens.size_px for lens in found)
-        return size // 2 + self.sampling.margin_px(self.pitch_um, self.footprint)
+        return self._with_margin(size)
+
+    def _with_margin(self, size_px: int) -> int:
+        """Half width of a kernel of so many photosites, with the margin of its samples [photosites]."""
+        return size_px // 2 + self.sampling.margin_px(self.pitch_um, self.footprint)
 
     @property
     def sample_reach_px(self) -> int:

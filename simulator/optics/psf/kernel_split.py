@@ -138,9 +138,14 @@ def tail_reach(half_px: int, cell_px: int) -> int:
     return -(-half_px // cell_px)
 
 
+def farthest_tail_px(cell_px: int) -> int:
+    """Photosites that a tail may reach to find its cells in the margin of a tile."""
+    return cell_px * (TAIL_MARGIN_PX // cell_px - 1)
+
+
 def fits_tail(half_px: int, cell_px: int) -> bool:
     """Whether a tail that reaches half_px photosites finds its cells in the margin of a tile."""
-    return tail_reach(half_px, cell_px) < TAIL_MARGIN_PX // cell_px
+    return half_px <= farthest_tail_px(cell_px)
 
 
 @lru_cache(maxsize=8)

@@ -445,7 +445,7 @@ def _tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _Tail:
 
 @lru_cache(maxsize=16)
 def _made_tail(of: _Keyed, seen: Visibility, channel: int, cell_px: int) -> _Tail:
-    psf, focus = of.psf, of.psf.fit_kernel(0.0)
+    psf, focus = of.psf, of.psf.tail_kernel(cell_px)
     light = focus.cell_kernel(channel, 0.0, (0.0, 0.0))
     within = float(light.sum())
     table = gather_table(psf.sampling.phases(light / within, focus.cells, focus.pitch_um, 1, True))

@@ -86,7 +86,7 @@ def plan_wings(
     """
     if not isinstance(psf.lens_psf, WavefrontPsf):
         return None, 0.0
-    lens, half_px = psf.lens_psf, 0.5 * psf.fit_kernel(0.0).size_px
+    lens, half_px = psf.lens_psf, psf.held_px
     lambda_n_px = 1e-3 * np.mean(lens.wavelengths_nm, axis=1) * lens.f_number / lens.pitch_um * _edge_length(lens.opening)
     cell_px = max(2 ** int(math.log2(0.5 * half_px)), LEAST_CELL_PX)
     pattern = _pattern(half_px, math.ceil(FARTHEST * half_px / cell_px), cell_px)

@@ -97,6 +97,13 @@ class Pupil:
             return 1.0
         return math.sqrt(math.pi / intersection_area(self._sides(self.blades, 1.0)))
 
+    def corners(self) -> np.ndarray:
+        """Corners of the aperture without stops, upright, (blades, 2) [pupil radii]; none of a round one."""
+        if self.blades is None or self.blade_curvature == 1.0:
+            return np.empty((0, 2))
+        angles = math.radians(self.rotation_deg) + 2.0 * math.pi / self.blades * np.arange(self.blades)
+        return self._upright_corner * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
     def _sides(self, blades: int, corner: float) -> tuple[Disk | HalfPlane, ...]:
         """Sides of a polygon whose corners lie at this radius."""
         half = math.pi / blades

@@ -12,6 +12,7 @@ from functools import cache
 import numpy as np
 
 from simulator.optics.defocus.aperture_kernel import aperture_weights, disk_shares
+from simulator.optics.defocus.blade_kernel import blade_weights
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.defocus.highlights import radius_slopes
 from simulator.optics.defocus.lamp_images import square_image
@@ -22,10 +23,8 @@ SMALLEST_PX = 0.5  # blur radius from which a cell can be a light [photosites]
 TINY_PX = 0.05  # blur radius up to which so few rays cross borders of photosites that a set may have none [photosites]
 LEAST_OPEN = 1e-6  # share of the pupil below which a photosite counts as dark
 SPAN_ROWS = 2048  # rows of the table of the pupil's shape
-MOST_FINE = 400.0  # largest radius of an image of the pupil from which shares are made [cells]
 NODES = 8  # of the quadrature over a cell, per axis
 WHOLE = (1.0, 0.0)  # start of rays on photosites that are open all over, without a filter
-SUBDIVISIONS = (4, 2, 1)  # points per sample and axis of a photosite's area
 
 Start = tuple[float, float]  # where rays begin: side of their square, and distance of the spots that it has [photosites]
 
@@ -74,8 +73,8 @@ def take_lights(
 
 
 def has_shares(pupil: Pupil, start: Start) -> bool:
-    """Whether `cell_shares` are those of photosites with such an open area and filter: behind blades they are of whole ones."""
-    return start == WHOLE or pupil.is_round
+    """Whether `cell_shares` know photosites with such an open area and filter: behind blades they know no filter."""
+    return start[1] == 0.0 or pupil.is_round
 
 
 @cache
@@ -84,27 +83,19 @@ def cell_shares(pupil: Pupil, radius_px: float, oversampling: int, start: Start 
 
     Element [i, j] is that of the cell `offset + i` rows and `offset + j` columns from the photosite's first sample. It is the
     mean over the photosite's area, and at one sample per photosite that at the photosite's centre. A round pupil's area in a
-    photosite is exact, its mean over a cell by Gauss-Legendre quadrature; blades are cut as `aperture_weights` does.
+    photosite is exact, its mean over a cell by Gauss-Legendre quadrature; behind blades both are exact.
     start: of `has_shares`.
     """
-    if start != WHOLE:
-        return _open_shares(abs(radius_px), oversampling, *start)
-    if oversampling == 1:
+    side, apart = start
+    if start != WHOLE and pupil.is_round:
+        return _open_shares(abs(radius_px), oversampling, side, apart)
+    if oversampling == 1 and start == WHOLE:
         weights = aperture_weights(pupil, radius_px)
         return weights, -(len(weights) // 2)
     if pupil.is_round:
         return _round_shares(abs(radius_px), oversampling)
-    reach = abs(radius_px) * pupil.corner_radius * oversampling
-    fine = next((count for count in SUBDIVISIONS if count * reach <= MOST_FINE), 1)
-    weights = aperture_weights(pupil, radius_px * oversampling * fine)  # shares of cells `fine` times as fine
-    points, half = oversampling * fine, len(weights) // 2
-    offset = -(half // fine) - 1
-    first = fine * np.arange(offset, -offset + oversampling)[:, None]  # fine cell with which a cell begins
-    apart = np.arange(len(weights)) - half  # from a point of the photosite to a fine cell
-    # Number of points from which a fine cell of the cell lies so far apart.
-    count = np.minimum(points, first + fine - apart) - np.maximum(0, first - apart)
-    mean = np.maximum(count, 0) / points
-    return mean @ weights @ mean.T, offset
+    weights = blade_weights(pupil, radius_px * oversampling, oversampling, side * oversampling)
+    return weights, -(len(weights) - oversampling) // 2
 
 
 def _round_shares(radius_px: float, oversampling: int) -> tuple[np.ndarray, int]:

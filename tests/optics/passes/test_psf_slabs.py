@@ -23,6 +23,7 @@ from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.passes.psf_mosaic import psf_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.kernel_split import TAIL_MARGIN_PX
 from simulator.optics.psf.slab_kernels import slab_kernels_of
 from simulator.optics.pupil.pupil import Aperture
 from simulator.pipeline.planner import Plan, measure, plan
@@ -217,6 +218,21 @@ def test_kernels_wider_than_their_tail_hold_all_light(device, tmp_path):
     sharp = dataclasses.replace(shot, lens=dataclasses.replace(shot.lens, diffraction=False))
     found, geometric = (run(one, own, device) for one, own in ((planned, shot), (measure(plan(sharp), device), sharp)))
     assert found.mean() == pytest.approx(geometric.mean(), rel=2e-3)
+
+
+def test_a_tail_wider_than_the_kernels_beside_it_finds_its_cells(device, tmp_path):
+    """Of the kernel in focus, 129 photosites wide, where those a little out of focus have 81: it read beside its memory."""
+    shot = load_shot(draw_shot(6501, 158).write(tmp_path))
+    planned = measure(plan(shot), device)
+    psf = planned.optics.psf
+    assert psf is not None and psf.is_gathered_by_distance and psf.fit_kernel(0.0).size_px > 1.4 * (2 * psf.reach_px + 1)
+    kernels = slab_kernels_of(psf, planned.optics.channels)
+    half_px = kernels.cell_px * (kernels.tail.shape[-1] // 2)
+    assert half_px < TAIL_MARGIN_PX and half_px + 2 * kernels.cell_px <= psf.gather_reach_px
+    exact = dataclasses.replace(shot, tolerance=0.0)
+    found, truth = (run(measure(plan(one), device), one, device) for one in (shot, exact))
+    noise_e = np.sqrt(np.maximum(truth + planned.optics.accuracy.read_noise_e**2, 1.0))
+    assert np.quantile(np.abs(found - truth) / noise_e, 0.99) < 0.2
 
 
 @pytest.mark.parametrize("aberrations", [SPHERICAL, Aberrations(spherical_um=0.4, coma_um=0.4)], ids=["spherical", "coma"])

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from helpers.camera_builders import green_camera, small_camera
-from helpers.green_frames import EXPOSURE, lens
+from helpers.green_frames import EXPOSURE, PITCH_UM, lens
 from helpers.moving_frame import moving_light
 from helpers.scene_builders import band_scene
 from scipy import fft
@@ -33,9 +33,11 @@ def bright_and_dark() -> np.ndarray:
     return planes
 
 
-def shot_at(f_number: float, planes: np.ndarray, brightest_e: float = 2000.0, **settings: float) -> Shot:
+def shot_at(
+    f_number: float, planes: np.ndarray, brightest_e: float = 2000.0, depth_m: float | np.ndarray = math.inf, **settings: float
+) -> Shot:
     through = dataclasses.replace(lens(f_number), diffraction=True)
-    taken = Shot(band_scene(planes, math.inf, interpolation="nearest"), through, EXPOSURE, green_camera(COLUMNS, ROWS))
+    taken = Shot(band_scene(planes, depth_m, interpolation="nearest"), through, EXPOSURE, green_camera(COLUMNS, ROWS))
     own_e = plan(taken).optics.accuracy.electrons
     longer = dataclasses.replace(EXPOSURE, time_s=EXPOSURE.time_s * brightest_e / own_e)
     return dataclasses.replace(taken, exposure=longer, **settings)
@@ -71,6 +73,20 @@ def test_light_beside_a_bright_wall_is_that_of_the_pupil(f_number, tolerance):
     alone = left_sigma(dataclasses.replace(planned, optics=dataclasses.replace(optics, wings=None)))
     assert left_sigma(planned) < planned.error_budget.predicted_sigma
     assert left_sigma(planned) < 0.2 * alone and 0.8 * alone < optics.wings.effect_sigma < 2.2 * alone
+
+
+def test_wings_begin_where_the_smallest_kernels_end():
+    """Kernels a tenth of a photosite out of focus are smaller than that in focus; what lies between had no light."""
+    planes, at_1_m_px = bright_and_dark(), abs(float(lens(28.4).blur_radius_um(1.0))) / PITCH_UM
+    depth_m = np.full(planes.shape, at_1_m_px / 0.12, np.float32)  # of a lens that is focused at infinity
+    depth_m[ROWS // 2 :] = at_1_m_px / 0.3
+    planned = plan(shot_at(28.4, planes, depth_m=depth_m, tolerance=0.0))
+    optics, truth = planned.optics, through_pupil(planes, planned)
+    assert len(optics.psf.radii_px) > 1 and optics.psf.held_px < 0.4 * optics.psf.fit_kernel(0.0).size_px
+    per_light = optics.accuracy.electrons_per_radiance * float(optics.weights.max())
+    noise_e = np.sqrt(np.maximum(per_light * truth + optics.accuracy.read_noise_e**2, 1.0))
+    left = np.quantile(per_light * np.abs(moving_light(planned) - truth) / noise_e, 0.999)
+    assert left < planned.error_budget.predicted_sigma
 
 
 def test_wings_that_do_not_show_are_left_out():
