@@ -42,8 +42,14 @@ UPRIGHT_PX = 0.15  # spread by which skewed spots are wrong, since photosites an
 TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
 
 
-def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, timing: Timing) -> OpticsPlan:
-    """Return the plan with the motion of the image, unless it is invisible."""
+def with_motion(
+    planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, timing: Timing, beside_sigma: float = 0.0
+) -> OpticsPlan:
+    """Return the plan with the motion of the image, unless it is invisible.
+
+    beside_sigma: error that instants may have at which the optics run, where that is more than is allowed [standard deviations
+    of the noise].
+    """
     if not lens.forms_image:
         return replace(planned, motion_skipped=Skipped("without a lens there is no image that could move"))
     per_radiance = electrons_per_radiance(lens, sensor)
@@ -64,13 +70,19 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
             share: float = share,
             seen: list[Scene] = seen,
             slopes: tuple[float, float] = slopes,
+            least_allowed: float = 0.0,
         ) -> MotionPlan | Skipped:
             need = _need(planned, seen, per_radiance, detail)
+            need = replace(need, allowed=max(need.allowed, least_allowed))
             own = need.behind(_steepest_edge(planned.defocus), *slopes).of_share(share)
             is_kept = _averages_what_moves(planned) and vectors is None and (joins or len(loaded.layers) == 1)
             return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need), joins, is_kept=is_kept)
 
-        motion = plan_for(_usual_detail(planned, seen, per_radiance, path.length.longest_px))
+        detail = _usual_detail(planned, seen, per_radiance, path.length.longest_px)
+        motion = plan_for(detail)
+        if beside_sigma and isinstance(motion, MotionPlan) and motion.method == "instants":
+            fewer = plan_for(detail, least_allowed=beside_sigma * planned.accuracy.sigma)
+            motion = motion if isinstance(fewer, Skipped) else fewer
         if isinstance(motion, Skipped) and motion.sigma > 0.0:  # seen in fewer pixels than that counts, it is still seen
             motion = plan_for(sharpest_detail(loaded, planned.weights, per_radiance, planned.accuracy, LIT_SHARE))
         if isinstance(motion, Skipped):
@@ -90,9 +102,10 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         scene = planned.scene
     flash = found[1] if len(found) > 1 else None
     planned = replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
-    if planned.motion is not None and planned.sweeps_shift(planned.light_samples):
-        if planned.motion.path.straight_shift() is not None:
-            planned = replace(planned, motion=planned.motion.with_exact_means())
+    own = planned.motion
+    if own is not None and own.method != "instants" and planned.sweeps_shift(planned.light_samples):
+        if own.path.straight_shift() is not None:
+            planned = replace(planned, motion=own.with_exact_means())
     planned = with_path_weights(planned, per_radiance)
     return planned.with_moved_pixels() if planned.moves_pixels else planned
 

@@ -65,6 +65,7 @@ def plan_optics(
     joins_layers: bool = True,
     whole: float | None = None,
     is_sharp: bool = False,
+    beside_sigma: float = 0.0,
 ) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
@@ -72,7 +73,7 @@ def plan_optics(
         may be drawn by themselves then, samples of light may have a footprint, and layers hide the same parts of each other.
     joins_layers: whether layers at one distance are one surface, their composite; they are not where layers have a motion of
         their own. whole: tolerance of the photograph, as in `Shot`; None: that of each approximation.
-    is_sharp: whether blur is left out, however large it is.
+    is_sharp: whether blur is left out, however large it is. beside_sigma: as of `with_motion`.
     Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
@@ -86,7 +87,7 @@ def plan_optics(
             resting = plan_optics(
                 loaded, lens, sensor, tolerance, is_at_rest=False, joins_layers=joins_layers, whole=whole, is_sharp=is_sharp
             )
-            return with_motion(resting, loaded, lens, sensor, timing)
+            return with_motion(resting, loaded, lens, sensor, timing, beside_sigma)
         made = _plan_sensor_optics(
             loaded, lens, sensor, tolerance, tolerance if whole is None else whole, is_at_rest, is_sharp=is_sharp
         )
@@ -96,7 +97,7 @@ def plan_optics(
         return made
 
     key = optics_key(lens, sensor, tolerance, timing)
-    planned = make() if key is None else loaded.remember((key, is_at_rest, whole, is_sharp), make)
+    planned = make() if key is None else loaded.remember((key, is_at_rest, whole, is_sharp, beside_sigma), make)
     return replace(planned, window=sensor.readout.computed)
 
 

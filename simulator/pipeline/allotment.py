@@ -13,6 +13,7 @@ TIGHTEST = 0.02  # smallest tolerance of one approximation, in that of the photo
 STEP = 0.3  # factor to the next share where less than the smallest is asked for: what was left out may be computed from it on
 LOOSER = 3.0, 9.0  # times a tolerance that no plan keeps, of those that are looked at, too
 FAR_LESS = 0.01  # of what a plan leaves that has no law for a part of it: no such part is as large as what lamps leave
+INSTANTS_BESIDE = 0.1  # share of what does not fall that instants may leave at which the optics run
 BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
 
 
@@ -49,6 +50,21 @@ def allot(tolerance: float, make: Make, budget_of: Budget = error_budget, make_s
     if make_sharp is not None and may_be_sharp(first):
         plans.append(make_sharp(tolerance))
     return _looser(min(plans, key=lambda one: budget_of(one).total_sigma), tolerance, make, budget_of, make_sharp)
+
+
+def with_few_instants(best: OpticsPlan, make: Callable[..., OpticsPlan], budget_of: Budget = error_budget) -> OpticsPlan:
+    """Return the plan with as few instants at which the optics run as err by a share of what does not fall.
+
+    Each costs an image. make: plans the optics with each approximation at a tolerance; takes `beside_sigma` of `with_motion`.
+    """
+    terms = budget_of(best).terms
+    fixed = sum(term.sigma for term in terms if term.limit == "method" and not (term.falls or term.is_rare))
+    beside = INSTANTS_BESIDE * fixed
+    runs = any(motion.method == "instants" for motion in (best.motion, best.flash_motion) if motion is not None)
+    if not best.accuracy.tolerance or not runs or beside <= best.tolerance:
+        return best
+    fewer = make(best.accuracy.tolerance, is_sharp=best.defocus is None, beside_sigma=beside)
+    return replace(fewer, tolerance=best.tolerance)
 
 
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, make_sharp: Make | None) -> OpticsPlan:

@@ -8,6 +8,7 @@ from audit.drawn_shots import draw_shot
 from helpers.camera_builders import small_camera
 from helpers.lens_frame import LENS, case_plan, case_shot
 from helpers.lens_truths import stripes
+from helpers.moving_frame import moving_light
 from helpers.scene_builders import band_scene
 
 from simulator.config import load_shot
@@ -39,6 +40,23 @@ def test_a_moving_picture_shares_it_between_blur_and_instants():
     assert {"lens blur", "motion blur"} == {term.effect for term in budget.terms}
     assert not budget.is_clamped and budget.tolerance == 0.1 and planned.optics.accuracy.tolerance < 0.1
     assert plan(still).optics.accuracy.tolerance == 0.1
+
+
+def test_instants_are_as_few_as_what_the_blur_leaves_allows(device):
+    """One picture with steps in depth, whose edges leave more than the tolerance at each instant: many would be in vain."""
+    planes = np.random.default_rng(1).random((48, 60))
+    depth_m = np.where(np.arange(60) % 20 < 10, 1.8, 2.6).astype(np.float32) * np.ones((48, 1), np.float32)
+    still = Shot(band_scene(planes, depth_m), LENS, Exposure(0.01), small_camera(60, 48), tolerance=0.1)
+    planned = plan(dataclasses.replace(still, motion=Motion(camera=SteadyMotion(pan_deg_per_s=2.0))))
+    motion, terms = planned.optics.motion, planned.error_budget.terms
+    own = next(term for term in terms if term.effect == "motion blur")
+    fixed = sum(term.sigma for term in terms if term.limit == "method" and not (term.falls or term.is_rare))
+    assert motion.method == "instants" and f"{motion.count} instants" in own.cause and 0.1 < own.sigma <= 0.1 * fixed
+    fine = dataclasses.replace(planned.optics, motion=dataclasses.replace(motion, count=16 * motion.count))
+    found, truth = (moving_light(dataclasses.replace(planned, optics=optics)) for optics in (planned.optics, fine))
+    per_light = planned.optics.accuracy.electrons_per_radiance * float(planned.optics.weights.max())
+    noise_e = np.sqrt(np.maximum(per_light * truth + planned.optics.accuracy.read_noise_e**2, 1.0))
+    assert np.quantile(per_light * np.abs(found - truth) / noise_e, 0.999) < own.sigma
 
 
 def test_a_plan_that_keeps_it_is_the_first():
