@@ -32,7 +32,7 @@ from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_errors import core_error
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
-from simulator.optics.psf.slab_kernels import plan_slabs
+from simulator.optics.psf.slab_kernels import hidden_error, plan_slabs
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, channel_wavelengths
 from simulator.optics.pupil.pupil import Pupil
@@ -138,15 +138,18 @@ def plan_visible_psf(
             return None, Skipped(f"changes nothing by more than {change:.2g} sigma", change), None
     lamps = _find_lamps(psf, scene, weights, projection, accuracy) if draws_lamps and defocus is None else None
     own = accuracy if lamps is None else _of_rest(accuracy, lamps)
-    gathered = _with_gather(psf, camera.channels, scene, own, scale)
+    gathered = _with_gather(psf, camera.channels, scene, defocus, own, scale)
     if gathered.over < psf.over and projection.is_bilinear:  # one sample of smooth light is cheap, and less exact
         left, finer = (accuracy.in_sigma(kernel_bend_error(one, scale, camera.channels) * bend()) for one in (gathered, psf))
         gathered = psf if finer <= whole < left else gathered
     core = gathered.core
-    if core is not None and core.error and gathered.seen is not None and not gathered.is_gathered_by_distance:
+    if core is not None and core.error and gathered.seen is not None:
         dark_e = accuracy.electrons_per_radiance * dark_light(scene, weights)
         seen = replace(gathered.seen, electrons=own.electrons, dark_e=min(dark_e, own.electrons), read_noise_e=own.read_noise_e)
-        error = core_error(gathered, core, camera.channels, seen) * accuracy.sigma / own.sigma
+        if gathered.is_gathered_by_distance:
+            error = core.error + hidden_error(gathered, seen)
+        else:
+            error = core_error(gathered, core, camera.channels, seen) * accuracy.sigma / own.sigma
         gathered = gathered.with_core(replace(core, error=error), gathered.seen)
     return gathered, None, lamps
 
@@ -166,7 +169,7 @@ def _at_own_distances(
     if over > 1 or len(radii_px) < 2:
         return psf
     own = replace(psf, radii_px=radii_px, by_distance=True, corrected_px=())
-    return own if _with_gather(own, camera.channels, scene, accuracy, projection.scale).core is not None else psf
+    return own if _with_gather(own, camera.channels, scene, defocus, accuracy, projection.scale).core is not None else psf
 
 
 def _has_squares(psf: FieldPsf, projection: Projection) -> bool:
@@ -216,11 +219,14 @@ def _find_lamps(psf: FieldPsf, scene: Scene, weights: np.ndarray, projection: Pr
     return find_lamps(scene, weights, projection, psf.highlight_limits, accuracy.peak * accuracy.brightest)
 
 
-def _with_gather(psf: FieldPsf, channels: int, scene: Scene, accuracy: Accuracy, scale: float) -> FieldPsf:
+def _with_gather(
+    psf: FieldPsf, channels: int, scene: Scene, defocus: Defocus | None, accuracy: Accuracy, scale: float
+) -> FieldPsf:
     """Return a PSF of one kernel for all light with the core by which the device gathers it, where sums are cheaper."""
     detail = max(scale, 1.0) if scene.interpolation == "nearest" else scale  # even squares have edges, however wide they are
     if accuracy.tolerance and psf.by_distance and len(psf.radii_px) > 1:
-        return plan_slabs(psf, Visibility(accuracy.allowed, detail, accuracy.peak))
+        has_layers = bool(scene.behind) and not (defocus is not None and defocus.guessed)
+        return plan_slabs(psf, Visibility(accuracy.allowed, detail, accuracy.peak, has_layers=has_layers))
     one_surface = len(scene.layers) == 1 and scene.coverage is None
     if not accuracy.tolerance or len(psf.radii_px) > 1 or not (one_surface or not psf.by_distance) or not fits_gather(psf):
         return psf

@@ -24,7 +24,8 @@ from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 ZONES = 4  # rings of the field in which cores have the same reach
 REACHES_PX = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 21, 24, 28, 32, 38, 44)  # photosites to either side of cores
 TAPERS_PX = (0, 2)  # photosites over which a core may fade out
-TAIL_CORES_PX = (*range(4, 12), 12, 14, 16, 20, 24, 28, 32)  # photosites from which on a tail is smooth on its cells
+TAIL_CORES_PX = (*range(4, 12), 12, 14, 16, 20, 24, 28, 32, 48, 64, 96, 128)  # photosites from which on tails are smooth
+FARTHEST_TAIL_CORE_PX = 32  # of a tail beyond the reach of all cores
 MARGINS = ((0.004, 12.0), (0.0, 36.0), (0.0, 60.0))  # allowed error from which on kernels may have this margin [lambda N]
 MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
@@ -431,6 +432,18 @@ class _Tail:
     within: float
     rest: np.ndarray
 
+    @cached_property
+    def beside_edge(self) -> tuple[np.ndarray, np.ndarray]:
+        """What photosites see by mistake at each distance from the straight edge of a layer before light of 1, and should see.
+
+        Two of (distances,). The tail has too much near its middle, of all light that cells have there. The core takes it away
+        again, of a farther surface in proportion to how much of it the core sees.
+        """
+        away = np.arange(len(self.spread)) - len(self.spread) // 2
+        inner = np.where(np.hypot(away[:, None], away) <= self.core_px + 0.5, self.spread, 0.0)
+        tail, light = (np.cumsum(one.sum(axis=0))[: len(away) // 2 + 1] for one in (inner, self.rest + self.spread))
+        return tail - inner.sum() * light, light
+
     def beyond(self, half_px: int) -> np.ndarray:
         """What is left of the core beyond so many photosites to either side, of the shape of `rest`."""
         found, away = self.rest.copy(), np.abs(np.arange(len(self.rest)) - len(self.rest) // 2)
@@ -449,14 +462,31 @@ def _made_tail(of: _Keyed, seen: Visibility, channel: int, cell_px: int) -> _Tai
     light = focus.cell_kernel(channel, 0.0, (0.0, 0.0))
     within = float(light.sum())
     table = gather_table(psf.sampling.phases(light / within, focus.cells, focus.pitch_um, 1, True))
-    tails = ((core_px, *fit_tail(table, core_px, cell_px)) for core_px in TAIL_CORES_PX)
+    farthest_px = TAIL_CORES_PX[-1] if len(table) // 2 <= REACHES_PX[-1] else FARTHEST_TAIL_CORE_PX
+    cores = [core_px for core_px in TAIL_CORES_PX if core_px <= farthest_px]
+    tails = ((core_px, *fit_tail(table, core_px, cell_px)) for core_px in cores)
     for core_px, cells, spread in tails:
         average = spread.mean(axis=0)
-        is_last = core_px == TAIL_CORES_PX[-1]
-        if is_last or max(seen.error(one - average) for one in spread) <= seen.allowed_dark:
-            rest = np.pad(table, (len(average) - len(table)) // 2) - average
-            return _Tail(core_px, cells, average, within, rest)
+        rest = np.pad(table, (len(average) - len(table)) // 2) - average
+        tail = _Tail(core_px, cells, average, within, rest)
+        left = max(seen.error(one - average) for one in spread)
+        if seen.has_layers:
+            left = max(left, float(np.abs(tail.beside_edge[0]).max()))
+        if core_px == farthest_px or left <= seen.allowed_dark:
+            return tail
     raise AssertionError("the last core is taken")
+
+
+def hidden_error(psf: FieldPsf, seen: Visibility) -> float:
+    """Error of the tail of `plan_slabs` beside edges of layers, as a share of the brightest light that is seen as clearly.
+
+    seen: with the scene's darkest light.
+    """
+    if psf.core is None or psf.seen is None or not psf.seen.has_layers:
+        return 0.0
+    channels = range(len(psf.fit_kernel(0.0).wavelengths_nm))
+    tails = [_tail(psf, psf.seen, channel, psf.core.cell_px) for channel in channels]
+    return max(seen.in_the_dark(1.0, *tail.beside_edge) for tail in tails)
 
 
 def _rings(cores: list[np.ndarray], smooth: np.ndarray, seen: Visibility) -> np.ndarray:

@@ -17,7 +17,7 @@ class Visibility:
 
     allowed: error, as a share of the brightest light. scale: scene pixels per photosite; light is smooth where they are fewer.
     peak: light of the brightest scene pixel, in units of the brightest light. electrons: of the brightest light [e-]; dark_e:
-        of the darkest. read_noise_e: of a photosite [e-].
+        of the darkest. read_noise_e: of a photosite [e-]. has_layers: whether surfaces hide light of others that is known.
     """
 
     allowed: float
@@ -26,6 +26,7 @@ class Visibility:
     electrons: float = 2000.0
     dark_e: float = 2000.0
     read_noise_e: float = 2.0
+    has_layers: bool = False
 
     @property
     def is_smooth(self) -> bool:
@@ -68,15 +69,15 @@ class Visibility:
         wide = (len(rest) - len(kernel)) // 2
         kernel = np.pad(kernel, wide) if wide >= 0 else kernel[-wide:wide, -wide:wide]
         brought, wrong, width = self.spread(kernel), self.spread(rest), 1.0 / min(self.scale, 1.0)
-        found = [self.error(rest), self._in_the_dark(self.peak * width**2, wrong, brought)]
+        found = [self.error(rest), self.in_the_dark(self.peak * width**2, wrong, brought)]
         for axis, way in itertools.product((0, 1), (1, -1)):
             half = len(wrong) // 2
             line, light = (np.cumsum(one.sum(axis=axis)[::way])[:half] for one in (wrong, brought))
-            found.append(self._in_the_dark(2.0, line, light))  # as much from the other side
+            found.append(self.in_the_dark(2.0, line, light))  # as much from the other side
         return max(found)
 
-    def _in_the_dark(self, light: float, wrong: np.ndarray, brought: np.ndarray) -> float:
-        """Largest of errors in the dark that light in units of the brightest makes; arguments are shares of it."""
+    def in_the_dark(self, light: float, wrong: np.ndarray, brought: np.ndarray) -> float:
+        """Largest error in the dark, as of `own_error`, that light in units of the brightest makes; arrays are shares of it."""
         noise_e = np.sqrt(
             np.maximum(self.dark_e + light * self.electrons * np.maximum(brought, 0.0) + self.read_noise_e**2, 1.0)
         )
