@@ -140,8 +140,12 @@ def is_sampled_alike(scale: float) -> bool:
 
 def most_samples_per_axis(defocus: Defocus, radius_px: np.ndarray) -> int:
     """Return the samples per photosite and axis that the smallest tolerance takes for blur circles of this radius, (1,)."""
-    finest = replace(defocus, accuracy=replace(defocus.accuracy, tolerance=FINEST))
-    return int(finest.samples_per_axis(radius_px, radius_px)[0])
+    return int(at_finest(defocus).samples_per_axis(radius_px, radius_px)[0])
+
+
+def at_finest(defocus: Defocus) -> Defocus:
+    """Return the same blur with the smallest tolerance."""
+    return replace(defocus, accuracy=replace(defocus.accuracy, tolerance=FINEST))
 
 
 def moving_points_error(points: int, radius_px: float, path_px: float, samples_per_axis: int = 1) -> float:

@@ -31,7 +31,7 @@ from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_co
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.edge_laws import nodes_error, nodes_of_squares
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
-from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms, most_samples_per_axis
+from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, at_finest, joint_terms, most_samples_per_axis
 from simulator.optics.defocus.lamp_laws import (
     RIM_SHARE,
     SPOT,
@@ -98,6 +98,8 @@ def error_terms(
     smallest, is_sloped = np.array([min(blurred)]), any(np.ndim(radius) > 0 for radius in radii)
     finest = int(own.samples_per_axis(smallest, smallest)[0])
     is_gathered = len(defocus.radii_px) == 1 and bool(own.gathers_scene(smallest, smallest).any())
+    may_gather = len(defocus.radii_px) == 1 and bool(at_finest(own).gathers_scene(smallest, smallest).any())
+    is_finest = is_gathered or (finest == most_samples_per_axis(own, smallest) and not may_gather)
     # Squares that samples divide, or that are gathered one by one, have exact weights, lamps as well.
     holds_lamps = is_gathered or (accuracy.detail > 0.0 and not accuracy.sampling_error(smallest, finest, defocus.scale).any())
     if is_gathered:
@@ -125,8 +127,8 @@ def error_terms(
                 squares = float(square_error(smallest, finest, defocus.scale, accuracy.detail)[0])
             waves = grid if contrast.bends is None else contrast.bends * defocus.area.spread_by(finest)
             grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, waves) if alone else max(squares, grid)
-        most, means = most_samples_per_axis(own, smallest), len(terms)
-        add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
+        means = len(terms)
+        add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=not is_finest)
     if contrast.bent > 0.0:
         add("surfaces that bend within blur circles", contrast.bent, RAYS)
     widest = np.array([own.largest_px])
@@ -140,8 +142,9 @@ def error_terms(
         left = nodes_of_squares(own, contrast.around, contrast.curvature)
         if not accuracy.detail:
             left = nodes_error(min(blurred), own.largest_px, contrast.around, contrast.curvature)
-        is_finest = is_gathered or not accuracy.detail or finest == most_samples_per_axis(own, smallest)
-        add("images of the aperture between radii that are tabulated", left, RAYS, falls=not is_finest)
+        add(
+            "images of the aperture between radii that are tabulated", left, RAYS, falls=bool(accuracy.detail) and not is_finest
+        )
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         is_mixed, dark = not is_sloped and defocus.scale >= 1.0 - 1e-6, contrast.around_lamps
         shares = _spot_shares(own, contrast, reads_pixels=reads_pixels) if is_mixed else (RIM_SHARE, 0.0)

@@ -12,6 +12,7 @@ from simulator.color.spectra import efficiency_on, integral_weights
 from simulator.errors import require
 from simulator.optics.defocus.accuracy import RAY_ERROR, SHARP_PX, Accuracy
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.scene_light import composite
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
@@ -72,7 +73,9 @@ def contrast_sigma(scene: Scene, electrons: np.ndarray, moments: Callable[[float
 
 def highlight_thresholds(scene: Scene, weights: np.ndarray) -> tuple[float, ...]:
     """Electron radiance above which light is a highlight, by channel: LIMIT_TIMES times the mean of the darker nine tenths."""
-    light = _sorted_light(scene, weights, 65536)
+    flat = (layer.planes.reshape(-1, layer.planes.shape[-1]) for layer in scene.layers)
+    pixels = np.concatenate([one[:: max(1, len(one) // 65536)] for one in flat])
+    light = np.sort(pixels.astype(np.float64) @ weights, axis=0)
     return tuple(float(mean) for mean in LIMIT_TIMES * light[: max(1, int(0.9 * len(light)))].mean(axis=0))
 
 
@@ -87,16 +90,14 @@ def _is_smooth(psf: FieldPsf, defocus: Defocus | None, accuracy: Accuracy) -> bo
 
 
 def dark_light(scene: Scene, weights: np.ndarray) -> float:
-    """Electron radiance below which the share DARK of a scene lies, in the channel where it is least."""
-    light = _sorted_light(scene, weights, 4096)
+    """Electron radiance below which the share DARK of a scene lies, its layers over one another, where that is least."""
+    layers = []
+    for layer in scene.layers:
+        step = max(1, layer.planes.shape[0] * layer.planes.shape[1] // 4096)
+        cover = None if layer.coverage is None else layer.coverage.reshape(-1)[::step]
+        layers.append((layer.planes.reshape(-1, layer.planes.shape[-1])[::step] @ weights, cover))
+    light = np.sort(composite(layers), axis=0)
     return float(light[int(DARK * len(light))].min())
-
-
-def _sorted_light(scene: Scene, weights: np.ndarray, most: int) -> np.ndarray:
-    """Electron radiance of about so many pixels of each layer, (pixels, channels), in each channel from the least on."""
-    flat = (layer.planes.reshape(-1, layer.planes.shape[-1]) for layer in scene.layers)
-    pixels = np.concatenate([one[:: max(1, len(one) // most)] for one in flat])
-    return np.sort(pixels.astype(np.float64) @ weights, axis=0)
 
 
 def plan_visible_psf(
@@ -147,7 +148,7 @@ def plan_visible_psf(
         dark_e = accuracy.electrons_per_radiance * dark_light(scene, weights)
         seen = replace(gathered.seen, electrons=own.electrons, dark_e=min(dark_e, own.electrons), read_noise_e=own.read_noise_e)
         if gathered.is_gathered_by_distance:
-            error = core.error + hidden_error(gathered, seen)
+            error = core.error + (hidden_error(gathered, seen) if _has_layers(scene, defocus) else 0.0)
         else:
             error = core_error(gathered, core, camera.channels, seen) * accuracy.sigma / own.sigma
         gathered = gathered.with_core(replace(core, error=error), gathered.seen)
@@ -219,14 +220,20 @@ def _find_lamps(psf: FieldPsf, scene: Scene, weights: np.ndarray, projection: Pr
     return find_lamps(scene, weights, projection, psf.highlight_limits, accuracy.peak * accuracy.brightest)
 
 
+def _has_layers(scene: Scene, defocus: Defocus | None) -> bool:
+    """Whether surfaces hide light of others that is known."""
+    return bool(scene.behind) and not (defocus is not None and defocus.guessed)
+
+
 def _with_gather(
     psf: FieldPsf, channels: int, scene: Scene, defocus: Defocus | None, accuracy: Accuracy, scale: float
 ) -> FieldPsf:
     """Return a PSF of one kernel for all light with the core by which the device gathers it, where sums are cheaper."""
     detail = max(scale, 1.0) if scene.interpolation == "nearest" else scale  # even squares have edges, however wide they are
     if accuracy.tolerance and psf.by_distance and len(psf.radii_px) > 1:
-        has_layers = bool(scene.behind) and not (defocus is not None and defocus.guessed)
-        return plan_slabs(psf, Visibility(accuracy.allowed, detail, accuracy.peak, has_layers=has_layers))
+        seen = Visibility(accuracy.allowed, detail, accuracy.peak)
+        found = plan_slabs(psf, replace(seen, has_layers=True)) if _has_layers(scene, defocus) else psf
+        return found if found.core is not None else plan_slabs(psf, seen)
     one_surface = len(scene.layers) == 1 and scene.coverage is None
     if not accuracy.tolerance or len(psf.radii_px) > 1 or not (one_surface or not psf.by_distance) or not fits_gather(psf):
         return psf

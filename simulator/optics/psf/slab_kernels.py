@@ -482,11 +482,11 @@ def hidden_error(psf: FieldPsf, seen: Visibility) -> float:
 
     seen: with the scene's darkest light.
     """
-    if psf.core is None or psf.seen is None or not psf.seen.has_layers:
-        return 0.0
+    assert psf.core is not None and psf.seen is not None  # plan_slabs
     channels = range(len(psf.fit_kernel(0.0).wavelengths_nm))
     tails = [_tail(psf, psf.seen, channel, psf.core.cell_px) for channel in channels]
-    return max(seen.in_the_dark(1.0, *tail.beside_edge) for tail in tails)
+    hidden = max(1.0 - seen.dark_e / max(seen.electrons, 1.0), 0.0)  # beyond what is seen
+    return max(seen.in_the_dark(hidden, *tail.beside_edge) for tail in tails)
 
 
 def _rings(cores: list[np.ndarray], smooth: np.ndarray, seen: Visibility) -> np.ndarray:

@@ -17,7 +17,7 @@ class Visibility:
 
     allowed: error, as a share of the brightest light. scale: scene pixels per photosite; light is smooth where they are fewer.
     peak: light of the brightest scene pixel, in units of the brightest light. electrons: of the brightest light [e-]; dark_e:
-        of the darkest. read_noise_e: of a photosite [e-]. has_layers: whether surfaces hide light of others that is known.
+        of the darkest. read_noise_e: of a photosite [e-]. has_layers: whether edges of layers count.
     """
 
     allowed: float

@@ -12,9 +12,10 @@ from scipy.special import j1
 from simulator.exposure.settings import Exposure
 from simulator.optics.psf.lamps import LAMP_TIMES
 from simulator.optics.psf.psf_errors import corrected_light_error, diffracted_light_error, spread_share, undrawn_error
+from simulator.optics.psf.psf_planning import dark_light
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
-from simulator.scene.scene import Layer
+from simulator.scene.scene import Layer, Scene
 
 SIZE, PARTS = 48, 8  # photosites, and parts of each per axis
 
@@ -29,6 +30,18 @@ def diffracted():
     scene = band_scene(pixels[0] * cover, float(depth_of(-0.05)), coverage=cover, behind=behind)
     lens = dataclasses.replace(LENS, diffraction=True)
     return plan(Shot(scene, lens, Exposure(0.001), small_camera(24, 24)))
+
+
+def test_holes_of_a_layer_are_not_dark():
+    """Nothing of a near layer covers them: they show the bright one behind it, so that a fifth of the scene is dark."""
+    near, cover = np.zeros((40, 40, 1), np.float32), np.zeros((40, 40), np.float32)
+    cover[:, :8] = 1.0
+    found = []
+    for own in (cover, 0.0 * cover):
+        behind = (Layer(near + 0.5, 2.0),)
+        scene = Scene(near, np.ones((1, 1)), np.array([550.0]), np.ones(1), 1.0, coverage=own, behind=behind)
+        found.append(dark_light(scene, np.ones((1, 1))))
+    assert found == [0.0, 0.5]
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.186, 0.8])  # wavelength times f-number [photosites]
