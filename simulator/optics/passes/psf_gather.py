@@ -116,7 +116,7 @@ class SharpLight:
             project_planes(device, projection, self.planes[layer], self.planes_each, planes, first, layout, origin)
             if isinstance(radius_px, np.ndarray):
                 scene_radius = self.blur.maps.scene_radius[maps]
-                project_radius(device, projection, scene_radius, self.radius, layer, layout, origin)
+                project_radius(device, self.optics.radius_projection, scene_radius, self.radius, layer, layout, origin)
                 maps += 1
             else:
                 device.fill(self.radius, np.float32(radius_px), 4 * layer * math.prod(layout.shape(1)))  # later layers follow

@@ -171,7 +171,7 @@ def _project_layers(optics: OpticsPlan, device: Device, planes: Sequence[Buffer]
         here = radius
         if isinstance(radius, np.ndarray):
             mapped, scene_radius = device.empty(layout.shape(1), np.float32), device.upload(radius)
-            project_radius(device, optics.projection, scene_radius, mapped, 0, layout, origin)
+            project_radius(device, optics.radius_projection, scene_radius, mapped, 0, layout, origin)
             here = _split_phases(layout.decode(device.download(mapped, layout.shape(1), np.float32)), over, part)[0]
         found.append(Surface(dict(enumerate(light[:channels])), light[channels] if covered else None, here))
     return found

@@ -51,6 +51,7 @@ class SlabGather:
     def __init__(self, optics: OpticsPlan, psf: FieldPsf, device: Device, planes: Sequence[Buffer], band: PsfBand) -> None:
         assert optics.defocus is not None  # there are several blur radii
         self.projection, self.psf, self.device, self.defocus = optics.projection, psf, device, optics.defocus
+        self.radius_projection = optics.radius_projection
         self.channels, self.coverage, self.cfa = optics.channels, int(optics.has_coverage), optics.cfa
         self.kernels = slab_kernels_of(psf, self.channels)
         self.in_use: dict[int, tuple[Buffer, np.ndarray]] = {}  # kernels by their reach, until the device has finished a band
@@ -109,7 +110,7 @@ class SlabGather:
             first = layer * self.planes_each
             project_planes(self.device, self.projection, buffer, self.planes_each, self.light, first, layout, origin)
             if scene_radius is not None:
-                project_radius(self.device, self.projection, scene_radius, self.radius, layer, layout, origin)
+                project_radius(self.device, self.radius_projection, scene_radius, self.radius, layer, layout, origin)
             else:
                 radius_px = np.full(size, self.defocus.radii_px[layer], np.float32)
                 self.device.write(self.radius, radius_px, 4 * layer * size)

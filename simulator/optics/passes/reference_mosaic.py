@@ -256,7 +256,7 @@ class Grid:
         if isinstance(radius, float | int):
             return np.full((layout.rows, layout.column_sets * layout.set_columns), radius, np.float32)
         found = self.device.empty(layout.shape(1), np.float32)
-        project_radius(self.device, self.optics.projection, radius, found, 0, layout, origin)
+        project_radius(self.device, self.optics.radius_projection, radius, found, 0, layout, origin)
         return layout.decode(self.device.download(found, layout.shape(1), np.float32))[0]
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from audit.drawn_shots import draw_shot
 from helpers.camera_builders import small_camera
 from helpers.kernels_alone import without_wings
 from helpers.moving_frame import moving_light, plan_moving, rolling
@@ -11,6 +12,7 @@ from helpers.scene_builders import band_scene
 from scipy.ndimage import map_coordinates
 from scipy.signal import fftconvolve
 
+from simulator.config import load_shot
 from simulator.exposure.camera_motion import Poses, SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
@@ -19,9 +21,11 @@ from simulator.optics.geometry.instants import instants_error
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.psf_bands import split_into_bands
+from simulator.optics.passes.psf_gather import SharpLight
 from simulator.optics.passes.swept_light import sweep_light
 from simulator.pipeline.error_budget import error_budget
-from simulator.pipeline.planner import Plan
+from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera import Window
@@ -321,3 +325,19 @@ def test_frames_of_one_plan_share_the_tiles_of_the_blur(scale, device):
     planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, None) for layer in optics.scene.layers]
     first, second = (sweep_light(optics, device, planes)[1] for _ in range(2))
     assert first is not None and second is not None and first.chosen is second.chosen
+
+
+def test_kernels_find_the_radii_of_a_swept_picture_on_the_grid_of_its_scene(device, tmp_path):
+    """Its light lies on a grid of its own, 160 photosites wide: radii were read on that one, beside the map of 33 x 37."""
+    planned = plan(load_shot(draw_shot(6601, 107).write(tmp_path)))
+    psf, radius_px = planned.optics.psf, planned.optics.defocus.radii_px[0]
+    assert psf is not None and psf.corrected_px and planned.optics.motion.method == "swept_first"
+    planes = [camera_planes(device, planned.optics.scene.layers[0], planned.optics.weights, False)]
+    optics, tiles, swept = sweep_light(planned.optics, device, planes)
+    assert optics.moved_radii is not None and tiles is not None
+    band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
+    light = device.empty(band.layout.shape(optics.channels), np.float32)
+    radius = device.empty(band.layout.shape(1), np.float32)
+    SharpLight(optics, device, swept, tiles, light, radius).fill(band, light)
+    found = device.download(radius, band.layout.shape(1), np.float32)
+    assert radius_px.min() <= found.min() and found.max() <= radius_px.max()
