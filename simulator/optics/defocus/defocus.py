@@ -261,10 +261,11 @@ class Defocus:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
         With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are
-        twice as many where all radii are large, and fewer for a loose tolerance.
+        twice as many where all radii are large, and fewer for a loose tolerance, but of lamps, which what is in their own slab
+        does not hide.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
-        finest = (12.0 if self.wider == 1 else 24.0) / self.accuracy.coarser
+        finest = (12.0 if self.wider == 1 else 24.0) / (1.0 if self.accuracy.has_lamps else self.accuracy.coarser)
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property
