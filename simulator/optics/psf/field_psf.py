@@ -137,12 +137,17 @@ class FieldPsf:
 
     @property
     def held_px(self) -> float:
-        """Distance from the geometric rays up to which all kernels hold the light of a wavefront [photosites]."""
+        """Distance from the geometric rays up to which all kernels hold the light of a wavefront [photosites].
+
+        The largest kernels may end nearer; they count as if they held the least of MARGINS.
+        """
         if self.core is not None and self.is_gathered_by_distance:
             return 0.5 * self.tail_kernel(self.core.cell_px).size_px
         assert isinstance(self.lens_psf, WavefrontPsf)  # others have a size of their own
+        lambda_n_px = 1e-3 * float(np.max(self.lens_psf.wavelengths_nm)) * self.lens_psf.f_number / self.pitch_um
         slabs = enumerate(np.abs(self.radii_px) * self.lens_psf.opening.reach)
-        return min(0.5 * lens.size_px - radius for slab, radius in slabs if (lens := self._slab_psf(slab)) is not None)
+        beyond = (0.5 * lens.size_px - radius for slab, radius in slabs if (lens := self._slab_psf(slab)) is not None)
+        return max(min(beyond), MARGINS[-1][0] * lambda_n_px)
 
     def tail_kernel(self, cell_px: int) -> WavefrontPsf:
         """Return the PSF in focus of the tail that slabs share on cells of this size; light beyond its kernel is that of wings.
