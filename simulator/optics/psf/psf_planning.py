@@ -33,7 +33,8 @@ from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_errors import core_error
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
-from simulator.optics.psf.slab_kernels import hidden_error, plan_slabs
+from simulator.optics.psf.slab_kernels import plan_slabs
+from simulator.optics.psf.slab_tails import hidden_error
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, channel_wavelengths
 from simulator.optics.pupil.pupil import Pupil

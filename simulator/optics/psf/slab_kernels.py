@@ -1,13 +1,12 @@
 """Kernels by distance as the device gathers with them: for all nodes, channels and blur radii of a wavefront.
 
-What lies beyond a kernel's core goes to a tail on cells. It is that of one kernel for all, since far from
-the rays light falls off alike.
+What lies beyond a kernel's core goes to a tail on cells, which all share (`slab_tails`).
 """
 
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -15,17 +14,15 @@ import numpy as np
 from simulator.optics.psf.field_psf import RINGING, SLAB_PX, FieldPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.gather_kernels import positive_too
-from simulator.optics.psf.kernel_split import CELLS, Core, fit_tail, fits_tail, gather_table
+from simulator.optics.psf.kernel_split import CELLS, Core, fits_tail
 from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, SAMPLES, RotatedKernels, lagrange_weights
+from simulator.optics.psf.slab_tails import REACHES_PX, Keyed, slab_tail
 from simulator.optics.psf.smooth_cores import ShownKernel, core_matrix
 from simulator.optics.psf.visibility import DARK_SHARE, Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
 ZONES = 4  # rings of the field in which cores have the same reach
-REACHES_PX = (3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 16, 18, 21, 24, 28, 32, 38, 44)  # photosites to either side of cores
 TAPERS_PX = (0, 2)  # photosites over which a core may fade out
-TAIL_CORES_PX = (*range(4, 12), 12, 14, 16, 20, 24, 28, 32, 48, 64, 96, 128)  # photosites from which on tails are smooth
-FARTHEST_TAIL_CORE_PX = 32  # of a tail beyond the reach of all cores
 MARGINS = ((0.004, 12.0), (0.0, 36.0), (0.0, 60.0))  # allowed error from which on kernels may have this margin [lambda N]
 MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
@@ -102,16 +99,16 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     if not fitting:
         return given
     # A tail on finer cells costs more, and lets cores be smaller.
-    cell_px = min(fitting, key=lambda cell_px: _tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
+    cell_px = min(fitting, key=lambda cell_px: slab_tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
     beside_px = 1 if seen.is_smooth else psf.sampling.margin_px(lens.pitch_um)
     own_px = _size_px(lens, (wide[0], wide[-1]), _margin(psf, seen, cell_px)) // 2 + beside_px
     reach_px = next((reach_px for reach_px in REACHES_PX if reach_px >= own_px), 0)
     if not reach_px:
         return given
-    turned = _blade_error(_Keyed(psf.key, psf), seen)
+    turned = _blade_error(Keyed(psf.key, psf), seen)
     if turned > STEP_SHARE * seen.allowed:
         return given
-    finer, nodes, between = _choose_steps(_Keyed(psf.key, psf), seen)
+    finer, nodes, between = _choose_steps(Keyed(psf.key, psf), seen)
     radii_px = _widened(finer_radii(psf, finer))
     if len(radii_px) > MOST_SLABS or (
         lens.opening.blades and psf.nodes != (1, 1) and _blade_bytes(lens, radii_px, own_px) > MOST_BYTES
@@ -132,7 +129,7 @@ def _margin(psf: FieldPsf, seen: Visibility, cell_px: int) -> float:
     """Least margin of computed kernels beyond which a tail on cells of cell_px has all light that the scene may show."""
     lens = psf.lens_psf
     assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
-    tails = [_tail(psf, seen, channel, cell_px) for channel in range(len(lens.wavelengths_nm))]
+    tails = [slab_tail(psf, seen, channel, cell_px) for channel in range(len(lens.wavelengths_nm))]
     for margin in _margins(seen):
         half_px = _size_px(lens, (0.0,), margin) // 2
         if all(seen.error(tail.beyond(half_px)) <= seen.allowed_dark for tail in tails):
@@ -143,14 +140,6 @@ def _margin(psf: FieldPsf, seen: Visibility, cell_px: int) -> float:
 def _size_px(lens: WavefrontPsf, radii_px: tuple[float, ...], margin: float) -> int:
     """Photosites across kernels of these blur radii with a margin [lambda N]."""
     return kernel_size_px(lens.aberrations, lens.f_number, lens.pitch_um, lens.wavelengths_nm, radii_px, airy_margin=margin)
-
-
-@dataclass(frozen=True)
-class _Keyed:
-    """A PSF that is equal to another where all numbers are."""
-
-    key: tuple[object, ...]
-    psf: FieldPsf = field(compare=False)
 
 
 def finer_radii(psf: FieldPsf, finer: int) -> list[float]:
@@ -169,7 +158,7 @@ def _widened(radii_px: list[float]) -> list[float]:
 
 
 @lru_cache(maxsize=8)
-def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], float]:
+def _choose_steps(of: Keyed, seen: Visibility) -> tuple[int, tuple[int, int], float]:
     """How many slabs take the place of one, rows and columns of nodes, and the error of interpolation between both.
 
     Neither errs by more than its share, while so many slabs and nodes are allowed. The error of cubics grows as the fourth
@@ -215,7 +204,7 @@ def _blade_bytes(lens: WavefrontPsf, radii_px: list[float], reach_px: int) -> in
 
 
 @lru_cache(maxsize=8)
-def _blade_error(of: _Keyed, seen: Visibility) -> float:
+def _blade_error(of: Keyed, seen: Visibility) -> float:
     """Error of interpolating what blades change, at the ends of the blur radii, as far as can be from where it is computed."""
     psf, lens = of.psf, of.psf.lens_psf
     assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
@@ -236,14 +225,14 @@ def _of_one_color(lens: WavefrontPsf) -> WavefrontPsf:
 
 def slab_kernels_of(psf: FieldPsf, channels: int) -> SlabKernels:
     """Kernels of a PSF of `plan_slabs`; those of the last few are kept."""
-    return _made(_Keyed((*psf.key, psf.core, psf.seen), psf), channels)
+    return _made(Keyed((*psf.key, psf.core, psf.seen), psf), channels)
 
 
 @lru_cache(maxsize=4)
-def _made(of: _Keyed, channels: int) -> SlabKernels:
+def _made(of: Keyed, channels: int) -> SlabKernels:
     psf, lens, seen = of.psf, of.psf.lens_psf, of.psf.seen
     assert psf.core is not None and seen is not None and isinstance(lens, WavefrontPsf)  # plan_slabs
-    tails = [_tail(psf, seen, channel, psf.core.cell_px) for channel in range(channels)]
+    tails = [slab_tail(psf, seen, channel, psf.core.cell_px) for channel in range(channels)]
     within, tail, smooth = (np.array([getattr(one, name) for one in tails]) for name in ("within", "cells", "spread"))
     light = 1.0 - tail.sum(axis=(1, 2))
     margin = _margin(psf, seen, psf.core.cell_px)
@@ -415,78 +404,6 @@ def _cut(table: np.ndarray, reach_px: int, taper_px: int, light: np.ndarray, see
 def _with_highlights(core: np.ndarray) -> np.ndarray:
     """Join to a core (channels, taps, taps) that for highlights, without negative values: (2, channels, taps, taps)."""
     return positive_too(core.reshape(len(core), -1)).reshape(2, *core.shape)
-
-
-@dataclass(frozen=True)
-class _Tail:
-    """Tail of the kernel in focus on the axis.
-
-    core_px: reach of the core from which on it is smooth. cells: (cells, cells) weights. spread: (photosites, photosites) what
-    photosites gather with it on average over their places in a cell. within: light within the kernel, before normalisation.
-    rest: (photosites, photosites) what the core is.
-    """
-
-    core_px: int
-    cells: np.ndarray
-    spread: np.ndarray
-    within: float
-    rest: np.ndarray
-
-    @cached_property
-    def beside_edge(self) -> tuple[np.ndarray, np.ndarray]:
-        """What photosites see by mistake at each distance from the straight edge of a layer before light of 1, and should see.
-
-        Two of (distances,). The tail has too much near its middle, of all light that cells have there. The core takes it away
-        again, of a farther surface in proportion to how much of it the core sees.
-        """
-        away = np.arange(len(self.spread)) - len(self.spread) // 2
-        inner = np.where(np.hypot(away[:, None], away) <= self.core_px + 0.5, self.spread, 0.0)
-        tail, light = (np.cumsum(one.sum(axis=0))[: len(away) // 2 + 1] for one in (inner, self.rest + self.spread))
-        return tail - inner.sum() * light, light
-
-    def beyond(self, half_px: int) -> np.ndarray:
-        """What is left of the core beyond so many photosites to either side, of the shape of `rest`."""
-        found, away = self.rest.copy(), np.abs(np.arange(len(self.rest)) - len(self.rest) // 2)
-        found[np.maximum(away[:, None], away[None, :]) <= half_px] = 0.0
-        return found
-
-
-def _tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _Tail:
-    """Tail on cells of cell_px, from as near as its cells may show."""
-    return _made_tail(_Keyed((repr(psf.lens_psf), psf.sampling, psf.over), psf), seen, channel, cell_px)
-
-
-@lru_cache(maxsize=16)
-def _made_tail(of: _Keyed, seen: Visibility, channel: int, cell_px: int) -> _Tail:
-    psf, focus = of.psf, of.psf.tail_kernel(cell_px)
-    light = focus.cell_kernel(channel, 0.0, (0.0, 0.0))
-    within = float(light.sum())
-    table = gather_table(psf.sampling.phases(light / within, focus.cells, focus.pitch_um, 1, True))
-    farthest_px = TAIL_CORES_PX[-1] if len(table) // 2 <= REACHES_PX[-1] else FARTHEST_TAIL_CORE_PX
-    cores = [core_px for core_px in TAIL_CORES_PX if core_px <= farthest_px]
-    tails = ((core_px, *fit_tail(table, core_px, cell_px)) for core_px in cores)
-    for core_px, cells, spread in tails:
-        average = spread.mean(axis=0)
-        rest = np.pad(table, (len(average) - len(table)) // 2) - average
-        tail = _Tail(core_px, cells, average, within, rest)
-        left = max(seen.error(one - average) for one in spread)
-        if seen.has_layers:
-            left = max(left, float(np.abs(tail.beside_edge[0]).max()))
-        if core_px == farthest_px or left <= seen.allowed_dark:
-            return tail
-    raise AssertionError("the last core is taken")
-
-
-def hidden_error(psf: FieldPsf, seen: Visibility) -> float:
-    """Error of the tail of `plan_slabs` beside edges of layers, as a share of the brightest light that is seen as clearly.
-
-    seen: with the scene's darkest light.
-    """
-    assert psf.core is not None and psf.seen is not None  # plan_slabs
-    channels = range(len(psf.fit_kernel(0.0).wavelengths_nm))
-    tails = [_tail(psf, psf.seen, channel, psf.core.cell_px) for channel in channels]
-    hidden = max(1.0 - seen.dark_e / max(seen.electrons, 1.0), 0.0)  # beyond what is seen
-    return max(seen.in_the_dark(hidden, *tail.beside_edge) for tail in tails)
 
 
 def _rings(cores: list[np.ndarray], smooth: np.ndarray, seen: Visibility) -> np.ndarray:
