@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.area_truth import photosite_means
 from helpers.fine_frame import fine_shot, frame_radiance
 from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import blurred_case, case_plan, executed_case
@@ -109,6 +110,18 @@ def test_circles_that_hardly_cross_borders_have_exact_shares(radius):
     shares, offset = cell_shares(Pupil(), radius, 8)
     assert shares.sum() == pytest.approx(1.0, abs=1e-9)
     assert shares[:, :-offset].sum() == pytest.approx(2.0 / (3.0 * np.pi) * abs(radius), rel=1e-6)
+
+
+@pytest.mark.parametrize("oversampling", [1, 3])
+def test_open_areas_behind_blades_see_shares_of_their_own(oversampling):
+    """One cell is bright: the open part of the photosite in the middle sees it, by chords of the polygon in float64."""
+    pupil, radius_px, side, photosites = Pupil(5, 12.0), -2.3, 0.8, 11
+    shares, offset = cell_shares(pupil, radius_px, oversampling, (side, 0.0))
+    for row, column in ((0, 1), (2, 4), (len(shares) // 2, len(shares) // 2)):
+        cells = np.zeros((oversampling * photosites,) * 2)
+        cells[oversampling * 5 + offset + row, oversampling * 5 + offset + column] = 1.0
+        seen = photosite_means(cells, (photosites,) * 2, radius_px, side**2, 2000, pupil.corners())[5, 5]
+        assert shares[row, column] == pytest.approx(seen, abs=1e-5 * shares.max())
 
 
 @pytest.mark.parametrize("start", [(0.8, 0.0), (1.0, 0.4), (0.7, 0.5)])
