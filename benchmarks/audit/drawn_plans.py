@@ -70,6 +70,8 @@ def draw_plan(planned: Plan, rng: np.random.Generator, device: Device) -> Plan |
         return None
     names = [one.name for one in fields(DrawnAccuracy) if one.name.endswith("_share")]
     drawn = {name: 1.0 if rng.random() < 0.5 else float(STRICTEST ** rng.random()) for name in names}
+    if optics.motion is not None and optics.motion.method == "swept_first":
+        drawn["samples_share"] = 1.0  # what is swept lies on samples of the motion's plan
     own = {one.name: getattr(optics.defocus.accuracy, one.name) for one in fields(Accuracy)}
     defocus = replace(optics.defocus, accuracy=DrawnAccuracy(**own, **drawn))
     contrast = replace(_measure_contrast(optics, defocus), edges=optics.contrast.edges, crossed=optics.contrast.crossed)
