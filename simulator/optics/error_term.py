@@ -1,5 +1,7 @@
 """What an approximation of the light may be wrong by, as each one declares it beside its method."""
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -34,3 +36,12 @@ class Skipped:
 
     reason: str
     sigma: float = 0.0
+
+
+def together(sigmas: Iterable[float]) -> float:
+    """Return the error of several causes: the largest, and the root of the sum of squares of the others.
+
+    Errors have signs of their own from place to place. But where one is large, as beside an edge, the next one may be, too.
+    """
+    largest, *others = sorted(sigmas, reverse=True) or [0.0]
+    return largest + math.hypot(*others)

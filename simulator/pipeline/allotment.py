@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from simulator.optics.defocus.accuracy import MOST_SHARP_PX
+from simulator.optics.error_term import together
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.pipeline.error_budget import ROUNDING, ErrorBudget, error_budget
 
@@ -29,10 +30,10 @@ def allot(tolerance: float, make: Make, budget_of: Budget = error_budget, make_s
     follows a blur may leave more than the blur does: that plan is returned where none keeps the tolerance and it leaves least,
     with what a blur takes of a background that the scene does not hold. So is one that moves surfaces as wholes, as a larger
     tolerance does, where points of aperture and time that carry each place by its own distance leave more.
-    The first plan has the whole tolerance for each. Where their sum is larger, those that can be finer get a smaller share in
-    proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as they
-    are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves more, as
-    one that computes small blur circles which the first one leaves out, the first plan is returned; or one of a larger
+    The first plan has the whole tolerance for each. Where they leave more together, those that can be finer get a smaller share
+    in proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as
+    they are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves
+    more, as one that computes small blur circles which the first one leaves out, the first plan is returned; or one of a larger
     tolerance that leaves less, since it leaves out, of some surfaces, what would be computed with a larger error.
     """
     first = make(tolerance)
@@ -58,7 +59,7 @@ def with_few_instants(best: OpticsPlan, make: Callable[..., OpticsPlan], budget_
     Each costs an image. make: plans the optics with each approximation at a tolerance; takes `beside_sigma` of `with_motion`.
     """
     terms = budget_of(best).terms
-    fixed = sum(term.sigma for term in terms if term.limit == "method" and not (term.falls or term.is_rare))
+    fixed = together(term.sigma for term in terms if term.limit == "method" and not (term.falls or term.is_rare))
     beside = INSTANTS_BESIDE * fixed
     runs = any(motion.method == "instants" for motion in (best.motion, best.flash_motion) if motion is not None)
     if not best.accuracy.tolerance or not runs or beside <= best.tolerance:
@@ -121,7 +122,7 @@ def is_at_rest(optics: OpticsPlan) -> bool:
 def _make_finer(
     first: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, left: Callable[[float], float]
 ) -> OpticsPlan | None:
-    """Return a plan whose falling terms have at most what is `left` of them, by the sum of the others; None: there is none."""
+    """Return a plan whose falling terms have at most what is `left` of them, by what the others add; None: there is none."""
     planned, own, tightest = first, tolerance, TIGHTEST * tolerance
     for tries in range(TRIES + 1):
         budget = budget_of(planned)
@@ -143,5 +144,5 @@ def _typical(budget: ErrorBudget) -> ErrorBudget:
 
 
 def falling_sigma(budget: ErrorBudget) -> float:
-    """Return the sum of the terms that a smaller tolerance makes smaller [standard deviations of the noise]."""
-    return sum(term.sigma for term in budget.terms if term.limit == "method" and term.falls)
+    """Return what the terms that a smaller tolerance makes smaller leave together [standard deviations of the noise]."""
+    return together(term.sigma for term in budget.terms if term.limit == "method" and term.falls)

@@ -15,7 +15,7 @@ from simulator.optics.defocus.predicted_error import (
     terms_by_distance,
 )
 from simulator.optics.defocus.scene_light import mixed_edges_error
-from simulator.optics.error_term import WINGS, ErrorTerm, Limit
+from simulator.optics.error_term import WINGS, ErrorTerm, Limit, together
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
 from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan
@@ -41,13 +41,8 @@ class ErrorBudget:
     terms: tuple[ErrorTerm, ...]
 
     def sigma(self, limit: Limit) -> float:
-        """Return the sum of the terms that are limited so [standard deviations of the noise].
-
-        What wings of diffraction leave, far from where the others err, has a sign of its own: squares add.
-        """
-        own = [term for term in self.terms if term.limit == limit]
-        wings = sum(term.sigma for term in own if term.effect == WINGS)
-        return math.hypot(sum(term.sigma for term in own if term.effect != WINGS), wings)
+        """Return what all terms that are limited so leave together [standard deviations of the noise]."""
+        return _left_by([term for term in self.terms if term.limit == limit])
 
     @property
     def predicted_sigma(self) -> float:
@@ -71,8 +66,8 @@ class ErrorBudget:
         return max(own, key=lambda term: term.sigma, default=None)
 
     def sigma_of(self, *effects: str) -> float:
-        """Return the sum of what the methods of these effects leave [standard deviations of the noise]."""
-        return sum(term.sigma for term in self.terms if term.limit == "method" and term.effect in effects)
+        """Return what the methods of these effects leave together [standard deviations of the noise]."""
+        return _left_by([term for term in self.terms if term.limit == "method" and term.effect in effects])
 
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that is not kept: key, value, cause and fix."""
@@ -100,6 +95,12 @@ class ErrorBudget:
         }
 
 
+def _left_by(terms: list[ErrorTerm]) -> float:
+    """Return what terms leave `together`. Wings of diffraction err far from where the others do: squares add."""
+    wings, others = (together(term.sigma for term in terms if (term.effect == WINGS) is is_wing) for is_wing in (True, False))
+    return math.hypot(others, wings)
+
+
 def error_budget(optics: OpticsPlan) -> ErrorBudget:
     """Return the predicted errors of all approximations of a plan's light, in the order of the light."""
     accuracy, contrast, sigma = optics.accuracy, optics.contrast, optics.accuracy.sigma
@@ -113,7 +114,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels, is_aside=_reads_aside(optics))
     else:
         terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
-    terms += _rows_between(optics, sum(term.sigma for term in terms))
+    terms += _rows_between(optics)
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
     if optics.psf is not None or (optics.psf_skipped is not None and optics.psf_skipped.sigma):
         from simulator.optics.psf.psf_errors import psf_errors  # not needed without kernels
@@ -140,8 +141,8 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         terms.append(ErrorTerm(WINGS, cause, optics.wings_error, fix, falls=optics.wings is None))
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
-    terms += max(moving, key=lambda found: sum(term.sigma for term in found))
-    terms += _mixed_edges(optics, sum(term.sigma for term in terms))
+    terms += max(moving, key=lambda found: together(term.sigma for term in found))
+    terms += _mixed_edges(optics)
     paths_px = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
     blur_px = optics.ignored_px if optics.defocus is None else optics.defocus.largest_px
     terms += glare_errors(
@@ -166,15 +167,15 @@ def ignored_terms(optics: OpticsPlan) -> list[ErrorTerm]:
     )
 
 
-def _rows_between(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
-    """Term of points of aperture and time that read the nearest row. beside_sigma: terms of blur, of signs of their own."""
+def _rows_between(optics: OpticsPlan) -> list[ErrorTerm]:
+    """Term of points of aperture and time that read the nearest row."""
     if not optics.reads_rows:
         return []
     from simulator.optics.defocus.joint_errors import TIGHTER, sampled_detail  # not needed at rest
 
     share = sampled_detail(optics.contrast, has_edges=True) * optics.rows_error
-    more = math.hypot(beside_sigma, optics.accuracy.in_sigma(share)) - beside_sigma
-    return [ErrorTerm(MOTION, f"reads at the nearest of {PHASES} places between rows", more, TIGHTER)]
+    left = optics.accuracy.in_sigma(share)
+    return [ErrorTerm(MOTION, f"reads at the nearest of {PHASES} places between rows", left, TIGHTER)]
 
 
 def _rays_meet_pixels(optics: OpticsPlan) -> bool:
@@ -182,11 +183,8 @@ def _rays_meet_pixels(optics: OpticsPlan) -> bool:
     return bool(optics.projection.whole_pixels(range(1, optics.accuracy.ray_samples + 1)))
 
 
-def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
-    """Term of layers that are composited photosite by photosite, or sample by sample, at each instant of a motion.
-
-    beside_sigma: terms of blur and motion. Errors of points of aperture and time have signs of their own.
-    """
+def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
+    """Term of layers that are composited photosite by photosite, or sample by sample, at each instant of a motion."""
     motion, scene, accuracy = optics.motion, optics.scene, optics.accuracy
     if motion is None or motion.method == "instants" or not scene.behind or not optics.has_coverage:
         return []
@@ -197,8 +195,7 @@ def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
     if optics.samples_shifted_layers:
         if optics.mixes_points or not optics.layer_edges.are_seen:
             return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]
-        lacked = math.hypot(beside_sigma, optics.lacked_sigma()) - beside_sigma
-        return [ErrorTerm(MOTION, cause, lacked, RAYS)]
+        return [ErrorTerm(MOTION, cause, optics.lacked_sigma(), RAYS)]
     if motion.method != "joint" and optics.composites_cells(over):
         if optics.mixes_edges(over) or not optics.layer_edges.are_seen:
             return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]

@@ -13,7 +13,7 @@ import numpy as np
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
-from simulator.optics.error_term import PSF, WINGS
+from simulator.optics.error_term import PSF, WINGS, together
 from simulator.optics.geometry.motion_cost import (
     DRIFTING,
     FOUR_READ,
@@ -246,7 +246,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         return Pass(name, False, why, error_sigma=error_of(budget, MOTION))
     error = error_of(budget, MOTION)
     if motion.method in ("instants", "joint"):  # their passes run in this one
-        error = sum((one.error_sigma for one in still if one.kept and one.error_sigma), error or 0.0) or None
+        error = together([error or 0.0, *(one.error_sigma for one in still if one.kept and one.error_sigma)]) or None
     if motion.method == "instants":
         count = motion.count if motion.is_common else len(motion.shared_nodes())
         cost = _instants_ms(optics, motion, budget)

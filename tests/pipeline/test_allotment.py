@@ -27,7 +27,7 @@ def test_points_and_samples_share_the_tolerance():
     planned = case_plan(stripes(4.0, 9.0, 10.0, 4), 20000.0, 1.0)
     budget = planned.error_budget
     assert budget.tolerance == 1.0 and not budget.is_clamped
-    assert planned.optics.accuracy.tolerance < 0.5 and 0.5 < budget.predicted_sigma <= 1.0
+    assert planned.optics.accuracy.tolerance < 0.7 and 0.5 < budget.predicted_sigma <= 1.0
 
 
 def test_a_moving_picture_shares_it_between_blur_and_instants():

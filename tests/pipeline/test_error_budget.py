@@ -23,13 +23,16 @@ TERMS = (
     ErrorTerm("lens blur", "points", 0.04, "more points"),
     ErrorTerm("motion blur", "instants", 0.05, "more instants"),
     ErrorTerm("lens blur", "background", 3.0, "layers", "input"),
+    ErrorTerm("lens blur", "slopes", 0.03, "smaller steps"),
 )
+LEFT = 0.05 + np.hypot(0.04, 0.03)
 
 
-def test_terms_of_methods_add_up_and_those_of_the_input_stand_apart():
-    budget = ErrorBudget(0.1, TERMS)
-    assert budget.predicted_sigma == pytest.approx(0.09) and budget.sigma("input") == 3.0
-    assert budget.total_sigma == pytest.approx(np.hypot(0.09, 3.0))  # signs of what is hidden are independent of the methods'
+def test_the_largest_term_counts_whole_and_squares_of_the_others_add():
+    budget = ErrorBudget(0.11, TERMS)
+    assert budget.predicted_sigma == pytest.approx(LEFT) and budget.sigma("input") == 3.0
+    assert budget.total_sigma == pytest.approx(np.hypot(LEFT, 3.0))  # signs of what is hidden are independent of the methods'
+    assert budget.sigma_of("lens blur") == pytest.approx(0.07) and ErrorBudget(0.1, ()).predicted_sigma == 0.0
     assert not budget.is_clamped and budget.binding == TERMS[1]
     (hidden,) = budget.warnings()
     assert hidden == "lens blur: up to 3 sigma by background; layers"
@@ -50,8 +53,8 @@ def test_a_tolerance_that_is_not_met_is_told_with_cause_and_fix():
 
 def test_it_is_plain_data():
     told = json.loads(json.dumps(ErrorBudget(0.08, TERMS).describe()))
-    assert told["clamped"] and told["predicted_sigma"] == pytest.approx(0.09) and told["input_sigma"] == 3.0
-    assert [one["limited_by"] for one in told["terms"]] == ["method", "method", "input"]
+    assert told["clamped"] and told["predicted_sigma"] == pytest.approx(LEFT) and told["input_sigma"] == 3.0
+    assert [one["limited_by"] for one in told["terms"]] == ["method", "method", "input", "method"]
 
 
 def test_each_effect_has_its_terms():

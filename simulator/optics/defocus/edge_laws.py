@@ -10,9 +10,11 @@ sample, and that of a bilinear read, which is two means over a sample's width.
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
+from simulator.optics.defocus.around_contrast import AROUND_PX
 from simulator.optics.defocus.defocus import FINE_NODES_PER_PX, FINE_NODES_PX, Defocus
 
 LITS = (0.0, *(2.0**-power for power in range(15, 1, -1)))  # shares of a step that photosites see, for which it is counted
@@ -36,30 +38,46 @@ def edge_error(radius_px: float, samples_per_axis: int, scale: float, edges: Seq
     return SIDES * float(np.max(_largest(size_px, samples_per_axis, ramp_px) * np.asarray(edges)))
 
 
-def nodes_error(least_px: float, greatest_px: float, around: float, curvature: float) -> float:
+def inside_px(corner_radius: float) -> float:
+    """Blur radius up to which all tabulated images of an aperture lie inside a photosite, whose pixel they are [photosites].
+
+    corner_radius: of its shape [blur radii].
+    """
+    return math.floor(0.5 * FINE_NODES_PER_PX / corner_radius) / FINE_NODES_PER_PX
+
+
+def nodes_error(least_px: float, greatest_px: float, around: Sequence[float], curvature: float) -> float:
     """Error of means that are interpolated between tabulated radii, as a share of the brightest light.
 
-    least_px, greatest_px: of the radii that occur. around, curvature: of `SceneContrast`. A circle that has just left its
-    photosite begins to see its neighbours, by an area that grows as the 1.5th power of the way: between the nodes around that
-    radius a cubic misses the dark most. It bounds 99.9 % of the photosites of random pixels in float64, black, white and grey,
-    in the noise of their own light. Images are even, so that light which does not bend is exact: they reach half of a diagonal
-    of a photosite beyond a circle.
+    least_px, greatest_px: of the radii that occur, where photosites read pixels beyond `inside_px`. around, curvature: of
+    `SceneContrast`. A circle that has just left its photosite begins to see its neighbours, by an area that grows as the 1.5th
+    power of the way: between the nodes around that radius a cubic misses the dark most. It bounds 99.9 % of the photosites of
+    random pixels in float64, black, white and grey, in the noise of their own light. Images are even, so that light which does
+    not bend is exact: they reach half of a diagonal of a photosite beyond a circle.
     """
-    found = [(up_to, error) for up_to, error in NODES_NEAR if up_to > least_px]
-    if greatest_px > FINE_NODES_PX:
-        found += [(radius, NODES_FAR / radius) for radius in np.geomspace(max(least_px, FINE_NODES_PX), greatest_px, 9)]
-    return max((error * min(around, 0.5 * curvature * (up_to + math.sqrt(0.5)) ** 2) for up_to, error in found), default=0.0)
+    borders = [up_to for up_to, _ in NODES_NEAR if least_px < up_to < greatest_px]
+    far = np.geomspace(max(least_px, FINE_NODES_PX), greatest_px, 9) if greatest_px > FINE_NODES_PX else ()
+    radii = np.unique([least_px, *(one for one in AROUND_PX if least_px < one < greatest_px), *borders, *far, greatest_px])
+    found = [0.0]
+    for from_px, to_px in pairwise(radii.tolist()):
+        error = next((error for up_to, error in NODES_NEAR if up_to > from_px), NODES_FAR / from_px)
+        range_ = around[int(np.searchsorted(AROUND_PX, to_px))]
+        found.append(error * min(range_, 0.5 * curvature * (to_px + math.sqrt(0.5)) ** 2))
+    return max(found)
 
 
-def nodes_of_squares(defocus: Defocus, around: float, curvature: float) -> float:
+def nodes_of_squares(defocus: Defocus, around: Sequence[float], curvature: float, *, is_alone: bool) -> float:
     """`nodes_error` of a fine scene, whose even squares are samples (`PhotositeArea.has_squares`), or whose samples mix them.
 
-    Circles that are gathered from squares are not interpolated. It bounds 99.9 % of the photosites of random squares, black and
+    is_alone: whether nothing is assumed or known behind a single surface; circles that are then gathered from squares are not
+    interpolated. It bounds 99.9 % of the photosites of random squares, black and
     white, in float64, for 1, 2 and 4 samples per photosite and axis.
     """
-    least_px, greatest_px = min(pair[0] for pair in defocus.ranges_px), max(pair[1] for pair in defocus.ranges_px)
+    varied = [pair for pair, radius in zip(defocus.ranges_px, defocus.radii_px, strict=True) if np.ndim(radius) > 0]
+    least_px, greatest_px = min(least for least, _ in varied), max(most for _, most in varied)
     radii = np.unique(np.concatenate([np.geomspace(max(least_px, 0.05), max(greatest_px, 0.05), 33), [greatest_px]]))
-    radii = radii[~defocus.gathers_scene(radii, radii)]
+    if is_alone:
+        radii = radii[~defocus.gathers_scene(radii, radii)]
     if not len(radii):
         return 0.0
     counts = defocus.samples_per_axis(radii, radii)
@@ -68,7 +86,8 @@ def nodes_of_squares(defocus: Defocus, around: float, curvature: float) -> float
     even = np.select([radii <= up_to for up_to, _ in EVEN_NEAR], [error for _, error in EVEN_NEAR], EVEN_FAR)
     even = np.where(is_fine, even, 0.0056 * (2.0 / counts) ** 0.6 * (2.0 / radii) ** 1.4)
     mixed = np.where(counts == 1, 0.085 * radii**-1.65, 0.068 / counts * radii**-1.5)
-    seen = np.minimum(around, 0.5 * curvature * (radii + math.sqrt(0.5)) ** 2)
+    ranges = np.asarray(around)[np.searchsorted(AROUND_PX, radii)]
+    seen = np.minimum(ranges, 0.5 * curvature * (radii + math.sqrt(0.5)) ** 2)
     return float((np.where(is_even, even, np.minimum(mixed, 0.16)) * seen).max())
 
 

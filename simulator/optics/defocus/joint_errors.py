@@ -11,7 +11,7 @@ from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UN
 from simulator.optics.defocus.edge_laws import LITS, edge_error
 from simulator.optics.defocus.lamp_laws import mixed_lamp_error, mixed_lamp_share
 from simulator.optics.defocus.scene_contrast import SceneContrast
-from simulator.optics.error_term import Limit
+from simulator.optics.error_term import Limit, together
 
 EDGE_STEP_PX = 0.5  # change of the blur radius between scene pixels from which they belong to two surfaces [photosites]
 WORST: SceneContrast = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
@@ -168,8 +168,8 @@ def moving_points_error(points: int, radius_px: float, path_px: float, samples_p
 
 
 def joint_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
-    """Sum of `joint_terms`, as a share of the brightest light."""
-    return sum(term.share for term in joint_terms(defocus, contrast))
+    """All `joint_terms` together, as a share of the brightest light."""
+    return together(term.share for term in joint_terms(defocus, contrast))
 
 
 def _radii(defocus: Defocus) -> np.ndarray:

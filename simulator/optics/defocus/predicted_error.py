@@ -29,7 +29,7 @@ from simulator.optics.defocus.accuracy import (
 )
 from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, has_relaxed, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
-from simulator.optics.defocus.edge_laws import nodes_error, nodes_of_squares
+from simulator.optics.defocus.edge_laws import inside_px, nodes_error, nodes_of_squares
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, at_finest, joint_terms, most_samples_per_axis
 from simulator.optics.defocus.lamp_laws import (
@@ -44,7 +44,7 @@ from simulator.optics.defocus.lamp_laws import (
     spot_error,
 )
 from simulator.optics.defocus.scene_contrast import SceneContrast
-from simulator.optics.error_term import ErrorTerm, Limit
+from simulator.optics.error_term import ErrorTerm, Limit, together
 
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
@@ -60,6 +60,7 @@ OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
 # Light between pixels as large as photosites bends at their middles, and even squares end at their borders: of either a circle
 # leaves 2 / (3 pi) of its radius times the second difference along an axis, the mean of |x| over half the disk.
 OF_BENDS = 2.0 * 2.0 / (3.0 * math.pi)
+OF_CUT = 1.3  # of the variance that the open side adds where it cuts samples, as found on tilted walls of patches
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
@@ -111,7 +112,7 @@ def error_terms(
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         steepest = max(grid_error(min(blurred), finest, defocus.scale), contrast.ends / (12.0 * finest**2))
         if accuracy.detail:  # samples that the open side cuts are seen over all of their width
-            spread = max(12.0 * finest**2 * defocus.area.spread_by(finest), 1.0)
+            spread = 1.0 + OF_CUT * max(12.0 * finest**2 * defocus.area.spread_by(finest) - 1.0, 0.0)
             smooth, steepest = spread * smooth, spread * steepest
         grid = 0.0 if reads_pixels else min(smooth, steepest)
         if contrast.ends > 0.0 and defocus.scale < 1.0 + 1e-6 and not reads_pixels:
@@ -132,16 +133,21 @@ def error_terms(
     if contrast.bent > 0.0:
         add("surfaces that bend within blur circles", contrast.bent, RAYS)
     widest = np.array([own.largest_px])
-    if is_sloped and not (len(defocus.radii_px) == 1 and own.gathers_scene(widest, widest).any()):  # which take each radius
+    sloped = [pair for pair, radius in zip(ranges, radii, strict=True) if np.ndim(radius) > 0]
+    within_px = inside_px(own.pupil.corner_radius) if reads_pixels else 0.0
+    is_blurred = max((most for _, most in sloped), default=0.0) > within_px
+    if is_blurred and not (len(defocus.radii_px) == 1 and own.gathers_scene(widest, widest).any()):  # which take each radius
         add(
             f"slopes in steps of {accuracy.slope_step:.2g}",
-            contrast.around * slope_error(accuracy.slope_step),
+            max(contrast.around) * slope_error(accuracy.slope_step),
             TIGHTER,
             falls=True,
         )
-        left = nodes_of_squares(own, contrast.around, contrast.curvature)
-        if not accuracy.detail:
-            left = nodes_error(min(blurred), own.largest_px, contrast.around, contrast.curvature)
+        if accuracy.detail:
+            left = nodes_of_squares(own, contrast.around, contrast.curvature, is_alone=len(defocus.radii_px) == 1)
+        else:
+            least_px = max(min(least for least, _ in sloped), within_px, own.copied_px)
+            left = nodes_error(least_px, max(most for _, most in sloped), contrast.around, contrast.curvature)
         add(
             "images of the aperture between radii that are tabulated", left, RAYS, falls=bool(accuracy.detail) and not is_finest
         )
@@ -189,9 +195,10 @@ def error_terms(
             LAYERS,
             "input",
         )
-    besides = sum(term.sigma for number, term in enumerate(terms) if number != means and term.limit == "method")
-    if accuracy.in_sigma(alone_left) > besides + terms[means].sigma:  # squares of layers that hardly hide each other
-        terms[means] = replace(terms[means], sigma=accuracy.in_sigma(alone_left) - besides)
+    alone_sigma = accuracy.in_sigma(alone_left)
+    if alone_sigma > together(term.sigma for term in terms if term.limit == "method"):  # layers hardly hide others' squares
+        others = [term.sigma for number, term in enumerate(terms) if number != means and term.limit == "method"]
+        terms[means] = replace(terms[means], sigma=alone_sigma - max(others, default=0.0))
     return terms
 
 
@@ -358,8 +365,8 @@ def ignored_error(
 
 
 def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
-    """Sum of the terms, with what the scene does not hold [standard deviations at the brightest light]."""
-    return sum(term.sigma for term in error_terms(defocus, contrast))
+    """All terms together, with what the scene does not hold [standard deviations at the brightest light]."""
+    return together(term.sigma for term in error_terms(defocus, contrast))
 
 
 def describe_ignored(accuracy: Accuracy, radius_px: float, left: list[ErrorTerm]) -> str:

@@ -9,18 +9,19 @@ import numpy as np
 from simulator.device.threads import in_threads
 from simulator.optics.defocus.accuracy import grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.around_contrast import AROUND_PX, around_contrast
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_contrast import BESIDE, WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
 from simulator.optics.defocus.edge_laws import LITS
-from simulator.optics.defocus.layer_contrast import layer_contrast
+from simulator.optics.defocus.layer_contrast import Surface, layer_contrast
 from simulator.optics.defocus.path_contrast import PART_PX, PARTS, parts_around
 from simulator.optics.defocus.path_weights import lattices, pixels_of
 from simulator.optics.defocus.scene_light import LAMP, MOST, composite, flattened_error, scene_detail, seen_contrast, shifted
 from simulator.optics.defocus.strip_contrast import curvatures
 from simulator.scene.occluded_background import EDGE_PX
 from simulator.scene.scene import Layer, Scene
-from simulator.scene.window_filters import window_maximum, window_mean, window_minimum
+from simulator.scene.window_filters import window_mean
 
 MOST_LAMPS = 16  # brightest ones of a layer around which its light is looked at
 FEW_LAMPS, FEW = 4, 4000  # pixels that may be lamps in scenes of so few that these count as the brightest light
@@ -59,7 +60,8 @@ class SceneContrast:
         photosites: edges, which end over a pixel, leave light of lamps that they hide; 0: there are none.
     lamp_px: least blur radius of pixels that are lamps; inf: none is [photosites].
     bent: `bent_surfaces.bent_error` of surfaces without steps, that of lamps left out.
-    around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
+    around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out, for circles of each
+        size (`around_contrast.AROUND_PX`); 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
@@ -84,7 +86,7 @@ class SceneContrast:
     has_steps: bool = False
     texture: float = 1.0
     mixed: float = 1.0
-    around: float = 1.0
+    around: tuple[float, ...] = (1.0,) * len(AROUND_PX)
     edges: tuple[float, ...] = (1.0,) * len(LITS)
     ends: float = 0.0
     ends_aside: float = 0.0
@@ -118,7 +120,7 @@ def scene_contrast(
     spots = [_brightest_spot(scene, number, to_share, defocus) for number in range(len(layers))]
     lamp, around_lamps = max(spot for spot, _ in spots), min(dark for _, dark in spots)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
-    ranges = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else {}
+    ranges = _ranges(scene, to_share, defocus) if scene.behind else {}
     ends, aside = (0.0, 0.0) if defocus.accuracy.detail else _penumbra_ends(scene, to_share, defocus, curvature)
     is_alone = defocus.accuracy.detail > 0.0 and not scene.behind and not defocus.maps
     steps = depth_edge_contrast(scene, to_share, defocus) if has_steps else DepthEdgeContrast()
@@ -130,7 +132,7 @@ def scene_contrast(
         has_steps,
         texture,
         mixed=ranges.get("mixed", 0.0),
-        around=ranges.get("around", 0.0),
+        around=_around(scene, to_share, defocus) if defocus.maps else (0.0,) * len(AROUND_PX),
         ends=ends,
         ends_aside=aside,
         bends=_bends_of_squares(scene, to_share, defocus) if is_alone else None,
@@ -268,44 +270,40 @@ def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
 
 
 def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, float]:
-    """Return fields of `SceneContrast` that depend on blur circles: quantiles MOST, by the noise of the light's mean.
+    """Return the fields of `SceneContrast` that several layers have: quantiles MOST, by the noise of the light's mean.
 
     The mean is that within the smallest circle. Layers are composited at rest.
     """
-    step = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_MIXED))
-    layers = [
-        (
-            np.minimum(layer.planes[::step, ::step] @ to_share, LAMP),
-            None if layer.coverage is None else layer.coverage[::step, ::step],
-        )
-        for layer in scene.layers
-    ]
-    light = composite(layers)
-
-    def width_of(radius_px: float) -> int:
-        return min(2 * math.ceil(radius_px * defocus.scale / step) + 1, WIDEST_PX)
-
-    narrow = max(width_of(min(least for least, _ in defocus.ranges_px)), round(defocus.scale / step))
-    mean = window_mean(light, narrow)
+    layers, step = _thinned(scene, to_share)
+    scale, light = defocus.scale / step, composite(layers)
+    smallest_px = min(least for least, _ in defocus.ranges_px)
+    mean = window_mean(light, max(min(2 * math.ceil(smallest_px * scale) + 1, WIDEST_PX), round(scale)))
 
     def most_seen(contrast: np.ndarray) -> float:
         return float(np.quantile(seen_contrast(contrast, mean, defocus.accuracy), MOST))
 
-    found = dict[str, float]()
-    if scene.behind:
-        behind = [composite(layers[number:]) for number in range(len(layers))]
-        own = layer_contrast(layers, behind, defocus, defocus.scale / step)
-        found |= {"mixed": most_seen(own.over_points), "within": most_seen(own.over_samples)}
-        lit = [(layer.planes[::step, ::step] @ to_share, cover) for layer, (_, cover) in zip(scene.layers, layers, strict=True)]
-        if defocus.scale < 1.0 - 1e-6 and max(float(own.max()) for own, _ in lit[1:]) > LAMP:
-            behind = [composite(lit[number:]) for number in range(len(lit))]
-            lamps = layer_contrast(lit, behind, defocus, defocus.scale / step)
-            found |= {"lamps_mixed": most_seen(lamps.over_points), "lamps_within": most_seen(lamps.over_samples)}
-    if defocus.maps:
-        wide = width_of(defocus.largest_px)
-        range_ = np.asarray(window_maximum(light, wide) - window_minimum(light, wide))
-        found["around"] = most_seen(range_)
+    behind = [composite(layers[number:]) for number in range(len(layers))]
+    own = layer_contrast(layers, behind, defocus, scale)
+    found = {"mixed": most_seen(own.over_points), "within": most_seen(own.over_samples)}
+    lit = [(layer.planes[::step, ::step] @ to_share, cover) for layer, (_, cover) in zip(scene.layers, layers, strict=True)]
+    if defocus.scale < 1.0 - 1e-6 and max(float(own.max()) for own, _ in lit[1:]) > LAMP:
+        behind = [composite(lit[number:]) for number in range(len(lit))]
+        lamps = layer_contrast(lit, behind, defocus, scale)
+        found |= {"lamps_mixed": most_seen(lamps.over_points), "lamps_within": most_seen(lamps.over_samples)}
     return found
+
+
+def _around(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float, ...]:
+    """Return `SceneContrast.around`."""
+    layers, step = _thinned(scene, to_share)
+    return around_contrast(layers, defocus, defocus.scale / step, step)
+
+
+def _thinned(scene: Scene, to_share: np.ndarray) -> tuple[list[Surface], int]:
+    """Light, that of lamps left out, and coverage of each layer at every so many rows and columns, MOST_MIXED at most."""
+    step = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_MIXED))
+    every = slice(None, None, step), slice(None, None, step)
+    return [layer_at(layer, every, to_share) for layer in scene.layers], step
 
 
 def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> tuple[float, float]:
@@ -322,9 +320,8 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
         return _pixel_ends(scene, to_share, defocus, [min(one, WIDEST_END_PX) for one in radii_px])
     if curvature * twice_blurred_share(radius_px, defocus.scale) <= 12.0 * grid_error(radius_px, 1, defocus.scale):
         return 0.0, 0.0
-    if defocus.scale > 1.0:
-        return _bends_of_parts(scene, to_share, defocus, radius_px), 0.0
-    return _ends_between_pixels(scene, to_share, defocus, radius_px), 0.0
+    bends = _bends_of_parts(scene, to_share, defocus, radius_px) if defocus.scale > 1.0 else 0.0
+    return max(bends, _ends_between_pixels(scene, to_share, defocus, radius_px)), 0.0
 
 
 def _bends_of_squares(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
@@ -341,7 +338,7 @@ def _bends_of_parts(scene: Scene, to_share: np.ndarray, defocus: Defocus, radius
 
 
 def _ends_between_pixels(scene: Scene, to_share: np.ndarray, defocus: Defocus, radius_px: float) -> float:
-    """Return `SceneContrast.ends` of pixels wider than photosites, from the smallest radius on; of a large scene, of parts.
+    """Return `SceneContrast.ends` of pixels unlike the photosites, from the smallest radius on; of a large scene, of parts.
 
     Means over photosites, weighted by the areas of a circle in photosites, have more variance than a photosite behind a circle:
     a twelfth of its square where the circle is wide, and up to 1.7 times that, or a fourth, as the rim lies among photosites.

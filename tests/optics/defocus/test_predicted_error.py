@@ -94,7 +94,7 @@ def test_it_is_small_where_the_scene_is_smooth():
     usual = dataclasses.replace(planned.optics.defocus.accuracy, electrons=2000.0, read_noise_e=2.0)
     defocus = dataclasses.replace(planned.optics.defocus, accuracy=usual)
     terms = error_terms(defocus, planned.optics.contrast)
-    assert sum(term.sigma for term in terms) < 0.07 and len(terms) == 5
+    assert predicted_error(defocus, planned.optics.contrast) < 0.07 and len(terms) == 5
     assert statistics(np.array([term.sigma for term in error_terms(defocus)])).p99 > 0.5  # with the most contrast
 
 
@@ -252,6 +252,13 @@ def test_light_between_pixels_states_what_means_over_photosites_leave(radius_px,
     left = np.quantile(np.abs(found - truth) * accuracy.electrons / noise_e, 0.999)
     stated = accuracy.in_sigma(optics.contrast.ends / 12.0)
     assert left < stated < 1.3 * left
+
+
+def test_squares_behind_a_kernel_from_a_file_take_samples_as_their_penumbrae_need(tmp_path):
+    """Patches of 8 pixels to a photosite, 1 sigma allowed: one sample left 1.1 where 0.71 were stated (seed 6901, shot 163)."""
+    budget = plan(load_shot(draw_shot(6901, 163).write(tmp_path))).error_budget
+    (means,) = (term for term in budget.terms if "points per photosite" in term.cause)
+    assert means.cause.startswith("means on 2 x 2") and 0.165 < budget.predicted_sigma < 1.0  # found with them
 
 
 def test_penumbrae_of_a_fine_scene_behind_diffraction_end_in_the_dark():
