@@ -15,7 +15,7 @@ from simulator.config import load_shot
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
-from simulator.optics.error_term import ErrorTerm
+from simulator.optics.error_term import ErrorTerm, together
 from simulator.pipeline.allotment import allot, falling_sigma, may_be_sharp
 from simulator.pipeline.error_budget import ErrorBudget
 from simulator.pipeline.planner import plan
@@ -50,7 +50,7 @@ def test_instants_are_as_few_as_what_the_blur_leaves_allows(device):
     planned = plan(dataclasses.replace(still, motion=Motion(camera=SteadyMotion(pan_deg_per_s=2.0))))
     motion, terms = planned.optics.motion, planned.error_budget.terms
     own = next(term for term in terms if term.effect == "motion blur")
-    fixed = sum(term.sigma for term in terms if term.limit == "method" and not (term.falls or term.is_rare))
+    fixed = together(term.sigma for term in terms if term.limit == "method" and not (term.falls or term.is_rare))
     assert motion.method == "instants" and f"{motion.count} instants" in own.cause and 0.1 < own.sigma <= 0.1 * fixed
     fine = dataclasses.replace(planned.optics, motion=dataclasses.replace(motion, count=16 * motion.count))
     found, truth = (moving_light(dataclasses.replace(planned, optics=optics)) for optics in (planned.optics, fine))

@@ -171,6 +171,19 @@ def test_a_random_plan_states_what_its_own_decisions_leave(tmp_path, device):
     assert 2.44 < free.error_budget.predicted_sigma < 25.0
 
 
+def test_a_random_plan_of_a_swept_picture_keeps_its_samples(tmp_path, device):
+    """They are those of the motion: a blur of others, which no planner makes, left 1.8 sigma where 0.23 were stated."""
+    planned = measure(plan(load_shot(draw_shot(6901, 163).write(tmp_path))), device)
+    assert planned.optics.motion is not None and planned.optics.motion.method == "swept_first"
+
+    def means(one) -> list[str]:
+        return [term.cause for term in one.error_budget.terms if "points per photosite" in term.cause]
+
+    for seed in range(6):
+        free = draw_plan(planned, np.random.default_rng(seed), device)
+        assert free is not None and means(free) == means(planned)
+
+
 def test_a_truth_stops_at_its_processor_time(tmp_path, device):
     """And says how far it came: fewer rays leave a larger error."""
     shot = dataclasses.replace(simple_shot(tmp_path, exposure=DIM), tolerance=0.1)

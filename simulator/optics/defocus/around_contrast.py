@@ -26,37 +26,41 @@ def around_contrast(layers: list[Surface], defocus: Defocus, scale: float, step:
     The light behind a layer is that at rest, or its mean within the largest circle of what is behind: what the edge of a
     layer out of focus lies before is out of focus, too.
     """
-    found = np.zeros(len(AROUND_PX))
-    most = int((1.0 - MOST) * layers[0][0][..., 0].size)  # pixels of a frame that may exceed what counts
     sizes: list[list[np.ndarray]] = [[] for _ in AROUND_PX]
     for number, radius in enumerate(defocus.radii_px[: len(layers)]):
-        if np.ndim(radius) == 0:
+        if not isinstance(radius, np.ndarray):
             continue
-        sizes_px = np.abs(np.asarray(radius)[::step, ::step])
-        own, own_px = np.searchsorted(AROUND_PX, sizes_px), float(sizes_px.min())
+        radii_px = np.abs(radius[::step, ::step])
+        size_of, smallest_px = np.searchsorted(AROUND_PX, radii_px), float(radii_px.min())
         lights = [composite(layers[number:])]
         if layers[number][1] is not None and number + 1 < len(layers):
-            behind_px = max(float(np.abs(np.asarray(one)).max()) for one in defocus.radii_px[number + 1 : len(layers)])
+            behind_px = max(float(np.abs(one).max()) for one in defocus.radii_px[number + 1 : len(layers)])
             behind = window_mean(composite(layers[number + 1 :]), _width(behind_px, scale), "nearest")
             lights.append(composite([layers[number], (behind, None)]))
-        for size in np.unique(own).tolist():
-            least_px = max(AROUND_PX[size - 1] if size else 0.0, own_px)
+        for size in np.unique(size_of).tolist():
+            least_px = max(AROUND_PX[size - 1] if size else 0.0, smallest_px)
             width = _width(min(AROUND_PX[size], defocus.largest_px) + BEYOND_PX, scale)
             within = max(_width(max(least_px - 0.5, 0.0), scale), round(scale))  # a circle inside a photosite sees that alone
-            there = own == size
-            high, low = (
-                join([extreme(light, width, "nearest")[there] for light in lights], axis=0)
-                for join, extreme in ((np.max, window_maximum), (np.min, window_minimum))
+            there = size_of == size
+            high, low, mean = (
+                join([window(light, side, "nearest")[there] for light in lights], axis=0)
+                for join, window, side in (
+                    (np.max, window_maximum, width),
+                    (np.min, window_minimum, width),
+                    (np.min, window_mean, within),
+                )
             )
-            mean = np.min([window_mean(light, within, "nearest")[there] for light in lights], axis=0)
             sizes[size].append(seen_contrast(high - low, mean, defocus.accuracy).max(axis=-1))
-    for size, parts in enumerate(sizes):
-        every = np.concatenate(parts) if parts else np.zeros(0)
-        if len(every) > most:
-            found[size] = np.partition(every, len(every) - 1 - most)[len(every) - 1 - most]
-    return tuple(found.tolist())
+    pixels = layers[0][0][..., 0].size
+    return tuple(_most(np.concatenate(parts), pixels) if parts else 0.0 for parts in sizes)
+
+
+def _most(seen: np.ndarray, pixels: int) -> float:
+    """Greatest contrast but for those of the share MOST leaves of a frame of so many pixels; 0: there are no more."""
+    beyond = int((1.0 - MOST) * pixels)
+    return float(np.partition(seen, -1 - beyond)[-1 - beyond]) if len(seen) > beyond else 0.0
 
 
 def _width(radius_px: float, scale: float) -> int:
-    """Width of a window that holds a circle [pixels]."""
+    """Width of a window that holds a circle in the middle of a pixel [pixels]."""
     return min(2 * math.ceil(radius_px * scale) + 1, WIDEST_PX)

@@ -60,7 +60,8 @@ def nodes_error(least_px: float, greatest_px: float, around: Sequence[float], cu
     radii = np.unique([least_px, *(one for one in AROUND_PX if least_px < one < greatest_px), *borders, *far, greatest_px])
     found = [0.0]
     for from_px, to_px in pairwise(radii.tolist()):
-        error = next((error for up_to, error in NODES_NEAR if up_to > from_px), NODES_FAR / from_px)
+        near = [error for up_to, error in NODES_NEAR if up_to > from_px]
+        error = near[0] if near else NODES_FAR / from_px
         range_ = around[int(np.searchsorted(AROUND_PX, to_px))]
         found.append(error * min(range_, 0.5 * curvature * (to_px + math.sqrt(0.5)) ** 2))
     return max(found)
@@ -70,8 +71,8 @@ def nodes_of_squares(defocus: Defocus, around: Sequence[float], curvature: float
     """`nodes_error` of a fine scene, whose even squares are samples (`PhotositeArea.has_squares`), or whose samples mix them.
 
     is_alone: whether nothing is assumed or known behind a single surface; circles that are then gathered from squares are not
-    interpolated. It bounds 99.9 % of the photosites of random squares, black and
-    white, in float64, for 1, 2 and 4 samples per photosite and axis.
+    interpolated. It bounds 99.9 % of the photosites of random squares, black and white, in float64, for 1, 2 and 4 samples per
+    photosite and axis.
     """
     varied = [pair for pair, radius in zip(defocus.ranges_px, defocus.radii_px, strict=True) if np.ndim(radius) > 0]
     least_px, greatest_px = min(least for least, _ in varied), max(most for _, most in varied)

@@ -134,9 +134,9 @@ def error_terms(
         add("surfaces that bend within blur circles", contrast.bent, RAYS)
     widest = np.array([own.largest_px])
     sloped = [pair for pair, radius in zip(ranges, radii, strict=True) if np.ndim(radius) > 0]
-    within_px = inside_px(own.pupil.corner_radius) if reads_pixels else 0.0
+    is_alone, within_px = len(defocus.radii_px) == 1, inside_px(own.pupil.corner_radius) if reads_pixels else 0.0
     is_blurred = max((most for _, most in sloped), default=0.0) > within_px
-    if is_blurred and not (len(defocus.radii_px) == 1 and own.gathers_scene(widest, widest).any()):  # which take each radius
+    if is_blurred and not (is_alone and own.gathers_scene(widest, widest).any()):  # which take each radius
         add(
             f"slopes in steps of {accuracy.slope_step:.2g}",
             max(contrast.around) * slope_error(accuracy.slope_step),
@@ -144,9 +144,10 @@ def error_terms(
             falls=True,
         )
         if accuracy.detail:
-            left = nodes_of_squares(own, contrast.around, contrast.curvature, is_alone=len(defocus.radii_px) == 1)
+            left = nodes_of_squares(own, contrast.around, contrast.curvature, is_alone=is_alone)
         else:
-            least_px = max(min(least for least, _ in sloped), within_px, own.copied_px)
+            copied_px = own.copied_px if is_alone else 0.0  # before or behind others that are blurred nothing is
+            least_px = max(min(least for least, _ in sloped), within_px, copied_px)
             left = nodes_error(least_px, max(most for _, most in sloped), contrast.around, contrast.curvature)
         add(
             "images of the aperture between radii that are tabulated", left, RAYS, falls=bool(accuracy.detail) and not is_finest

@@ -309,7 +309,8 @@ def _thinned(scene: Scene, to_share: np.ndarray) -> tuple[list[Surface], int]:
 def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> tuple[float, float]:
     """Return `SceneContrast.ends` and `ends_aside`, of layers at rest; 0 where the scene's own curvature is no more.
 
-    curvature: of the scene. Of a large scene parts on a grid are looked at.
+    curvature: of the scene. Of a large scene parts on a grid are looked at. Of a fine scene second differences count, too: what
+    whole photosites leave at an edge along their border falls more slowly than by the square of their samples.
     """
     ranges = [pair for pair in defocus.ranges_px if defocus.maps or pair[1] > defocus.copied_px]  # what is blurred
     radius_px = min((least for least, _ in ranges), default=0.0)
@@ -364,7 +365,8 @@ def _left_of_circle(light: np.ndarray, radius_px: float, defocus: Defocus) -> np
     beside, found = math.ceil(radius_px) + 1, []
     for axis, length in enumerate(light.shape[:2]):
         cells = np.arange(-beside * CELLS, (round(length / defocus.scale) + beside) * CELLS) + 0.5
-        light = _between(light, cells / CELLS * defocus.scale - 0.5, axis)
+        places = cells / CELLS * defocus.scale - 0.5
+        light = _between(light, places if defocus.scale < 1.0 else np.rint(places), axis)  # even squares
     inner = slice(beside, -beside)
 
     def means(cells: np.ndarray) -> np.ndarray:

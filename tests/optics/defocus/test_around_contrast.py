@@ -12,7 +12,7 @@ from helpers.scene_builders import band_scene
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.around_contrast import AROUND_PX, around_contrast
-from simulator.optics.defocus.edge_laws import inside_px
+from simulator.optics.defocus.edge_laws import inside_px, nodes_error
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
@@ -113,6 +113,14 @@ def test_circles_inside_a_photosite_have_no_images_between_radii(device):
     assert np.array_equal(run(inside, tilted_shot(light, np.linspace(0.3, 0.49, COLUMNS)), device), run_sharp(light, device))
 
 
+def test_light_beyond_the_circles_that_occur_leaves_nothing():
+    """From the focus on, where circles are smallest, images miss most of what those see that begin to leave their photosite."""
+    near, far = (tuple(float(size == number) for size in range(len(AROUND_PX))) for number in (0, AROUND_PX.index(12.0)))
+    assert nodes_error(0.0, 8.0, near, 100.0) > nodes_error(0.0, 8.0, far, 100.0) > 0.0
+    assert nodes_error(0.3, 8.0, near, 100.0) == nodes_error(0.0, 5.0, far, 100.0) == nodes_error(0.3, 0.3, near, 100.0) == 0.0
+    assert nodes_error(0.0, 8.0, near, 1e-6) < 1e-6  # even light bends nowhere
+
+
 def run_sharp(light: np.ndarray, device) -> np.ndarray:
     shot = tilted_shot(light, np.full(COLUMNS, 1e-6))
     return run(measure(plan(shot), device), shot, device)
@@ -121,10 +129,10 @@ def run_sharp(light: np.ndarray, device) -> np.ndarray:
 def test_small_circles_of_a_fine_layer_behind_others_are_stated(device):
     """Squares of a tilted wall behind a layer in focus: they are not gathered one by one, as those of a single surface are."""
     rng = np.random.default_rng(5)
-    shape = 2 * 16, 2 * 24
+    shape = 41, 62  # 2.6 to a photosite
     cover = np.zeros(shape, np.float32)
     cover[:, :8] = 1.0
-    radii_px = np.linspace(0.5, 0.62, shape[1]) * np.ones((shape[0], 1))
+    radii_px = np.linspace(0.4, 0.46, shape[1]) * np.ones((shape[0], 1))
     wall = Layer(
         np.where(rng.random((*shape, 1)) < 0.5, 0.05, 1.0).astype(np.float32), np.asarray(depth_of(radii_px), np.float32)
     )
