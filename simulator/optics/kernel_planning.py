@@ -15,7 +15,8 @@ from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
-from simulator.optics.psf.filtered_layers import filtered_layers_error
+from simulator.optics.psf.filtered_layers import filtered_layers_error, spread_layers_error
+from simulator.optics.psf.kernel_split import gather_table
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.psf.left_out_blur import left_out_error
 from simulator.optics.psf.psf_errors import focus_error, undrawn_error
@@ -103,6 +104,7 @@ def _with_kernels(
         sampling_error=sampled,
         lamp_error=undrawn,
         focus_error=left_out,
+        spread_error=0.0 if psf is None else _spread_error(planned, psf, per_radiance),
         contrast=replace(planned.contrast, crossed=_crossed(planned, psf, per_radiance)),
     )
 
@@ -137,6 +139,16 @@ def _focus_error(planned: OpticsPlan, psf: FieldPsf, lens: Lens, per_radiance: f
     light = accuracy.electrons, dark_e, accuracy.read_noise_e
     seen = Visibility(accuracy.allowed, planned.projection.scale, accuracy.peak, *light)
     return focus_error(psf, planned.ignored_px, planned.channels, seen)
+
+
+def _spread_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> float:
+    """Error of kernels by distance that spread each layer by itself, as a share of the brightest light."""
+    if not psf.by_distance or planned.defocus is None or not planned.scene.behind or not planned.has_coverage:
+        return 0.0
+    in_focus = replace(psf, radii_px=(0.0,), core=None, seen=None)
+    kernel = in_focus.kernel(0, planned.channels // 2, False, *(count // 2 for count in psf.nodes))
+    to_share = per_radiance / planned.accuracy.electrons * planned.weights
+    return spread_layers_error(planned.scene, to_share, planned.defocus, gather_table(kernel), psf.over)
 
 
 def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:

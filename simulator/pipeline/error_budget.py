@@ -129,6 +129,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
             optics.lamp_error,
             left_out=optics.focus_error,
             spots_error=optics.spots_error,
+            spread_error=optics.spread_error,
             is_fine=optics.projection.is_fine,
         )
     if optics.wings_error:

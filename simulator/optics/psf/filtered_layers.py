@@ -1,11 +1,13 @@
-"""Layers behind a low-pass filter that kernels by distance hold: its spots see other parts of them than their means show.
+"""Layers behind kernels by distance: photosites see other parts of them together than their means show.
 
-A photosite sees the mean over the four spots of (1 - c) L, with the coverage c of a layer and the light L behind it. Kernels
-that hold the filter give (1 - mean(c)) mean(L), which lacks the covariance of both over the spots. It is found from the scene:
-its layers behind the images of the aperture, at the places of the spots, linear between pixels.
+A photosite sees the mean of (1 - c) L over a kernel, with the coverage c of a layer and the light L behind it. Kernels by
+distance give (1 - mean(c)) mean(L), which lacks the covariance of both: over the four spots of a low-pass filter that kernels
+hold, and over the spread that all of them share, of diffraction, aberrations and the open area of a photosite. It is found from
+the scene: its layers behind the images of the aperture, linear between pixels for a filter, even squares for kernels.
 """
 
 import itertools
+import math
 
 import numpy as np
 
@@ -16,6 +18,8 @@ from simulator.optics.defocus.scene_light import MOST, composite, seen_contrast
 from simulator.scene.scene import Scene
 
 WIDEST_PX = 6.0  # larger images of the aperture count as these [pixels]
+NEAR_PX = 2.5  # of a kernel, from its middle, over which layers are seen together [photosites]
+CELLS = 2  # least number of squares to a photosite and axis
 
 Place = tuple[slice, slice]
 Surface = tuple[np.ndarray, np.ndarray | None]  # light (rows, columns, channels) times coverage, and coverage; None: it is 1
@@ -35,6 +39,49 @@ def filtered_layers_error(scene: Scene, to_share: np.ndarray, defocus: Defocus, 
         means = [_mean([one[number] for one in spots]) for number in range(len(layers))]
         found.append(seen_contrast(composite(means) - seen, seen, defocus.accuracy).ravel())
     return float(np.quantile(np.concatenate(found), MOST))
+
+
+def spread_layers_error(scene: Scene, to_share: np.ndarray, defocus: Defocus, kernel: np.ndarray, per_photosite: int) -> float:
+    """Error of kernels that spread each layer by itself, as a share of the brightest light, as of `filtered_layers_error`.
+
+    It is that of all layers spread together by the kernel in focus, which diffraction and open area leave of each distance.
+    kernel: (n, n) weights of the light around a photosite, in focus, so many to a photosite and axis, of `gather_table`.
+    """
+    finer = math.ceil(CELLS / defocus.scale)
+    weights, found = _resampled(kernel, per_photosite, finer * defocus.scale), [np.zeros(1)]
+    for place in parts_of(scene, defocus.scale):
+        layers = [_divided(one, finer) for one in _blurred(scene, to_share, defocus, place)]
+        seen = _spread(composite(layers), weights)
+        means = [(_spread(light, weights), None if cover is None else _spread(cover, weights)) for light, cover in layers]
+        found.append(seen_contrast(composite(means) - seen, seen, defocus.accuracy).ravel())
+    return float(np.quantile(np.concatenate(found), MOST))
+
+
+def _resampled(kernel: np.ndarray, from_px: int, to_px: float) -> np.ndarray:
+    """Return the middle of a kernel with so many values to a photosite in place of others, (n, n), sum 1."""
+    from scipy.ndimage import map_coordinates
+
+    reach = math.ceil(NEAR_PX * to_px)
+    places = np.arange(-reach, reach + 1) * (from_px / to_px) + 0.5 * (len(kernel) - 1)
+    found = np.maximum(map_coordinates(kernel, np.meshgrid(places, places, indexing="ij"), order=1), 0.0)
+    return np.asarray(found / found.sum())
+
+
+def _divided(layer: Surface, finer: int) -> Surface:
+    """Return a layer with so many equal squares in place of each pixel, along each axis."""
+    light, coverage = (None if one is None else one.repeat(finer, axis=0).repeat(finer, axis=1) for one in layer)
+    assert light is not None  # the first of both
+    return light, coverage
+
+
+def _spread(plane: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Mean of a plane (rows, columns, ...) over weights around each place; it goes on as it ends."""
+    from scipy.signal import fftconvolve
+
+    reach, aside = len(weights) // 2, ((0, 0),) * (plane.ndim - 2)
+    wide = np.pad(plane.astype(np.float64), ((reach, reach), (reach, reach), *aside), mode="edge")
+    turned = weights[::-1, ::-1]
+    return np.asarray(fftconvolve(wide, turned[(...,) + (None,) * (plane.ndim - 2)], mode="valid", axes=(0, 1)))
 
 
 def _blurred(scene: Scene, to_share: np.ndarray, defocus: Defocus, place: Place) -> list[Surface]:
