@@ -20,21 +20,21 @@ def photosite_means(
     chords: int = CHORDS,
     corners: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Mean of each photosite's open area, (rows, columns) float64, of a scene that covers the sensor.
+    """Mean of each photosite's open area, (..., rows, columns) float64, of a scene that covers the sensor, or of several.
 
-    pixels: (height, width) radiance of even squares, 0 beyond them; as many per photosite in y as in x. shape: rows and columns
-    of photosites. radius_px: signed blur radius [photosites]. corners: of the aperture, in order, (n, 2) [pupil radii]; None: a
-    disk.
+    pixels: (..., height, width) radiance of even squares, 0 beyond them; as many per photosite in y as in x. shape: rows and
+    columns of photosites. radius_px: signed blur radius [photosites]. corners: of the aperture, in order, (n, 2) [pupil radii];
+    None: a disk.
     """
-    scale, side = pixels.shape[1] / shape[1], math.sqrt(fill_factor)
-    assert math.isclose(scale, pixels.shape[0] / shape[0])
+    scale, side = pixels.shape[-1] / shape[1], math.sqrt(fill_factor)
+    assert math.isclose(scale, pixels.shape[-2] / shape[0])
 
     def overlaps(axis: int, shift_px: float, half_chord_px: float) -> np.ndarray:
-        return _overlaps(shape[axis], pixels.shape[axis], scale, side, scale * shift_px, scale * half_chord_px)
+        return _overlaps(shape[axis], pixels.shape[axis - 2], scale, side, scale * shift_px, scale * half_chord_px)
 
     if radius_px == 0.0:
         return overlaps(0, 0.0, 0.0) @ pixels @ overlaps(1, 0.0, 0.0).T
-    means = np.zeros(shape)
+    means = np.zeros((*pixels.shape[:-2], *shape))
     for down, right, half, share in (_disk_chords(chords) if corners is None else _polygon_chords(corners, chords)).tolist():
         across = overlaps(1, radius_px * right, abs(radius_px) * half)
         means += share * (overlaps(0, radius_px * down, 0.0) @ pixels @ across.T)
