@@ -62,20 +62,21 @@ kernel void lens_height_field_lights(global const float *restrict radius, global
     const int row = (int)((grid.margin + y_index) * OVERSAMPLING), column = (int)((grid.margin + x_index) * OVERSAMPLING);
     const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
     global const float *point = points + (size_t)(place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns) * rays.samples * 4;
-    float sum = 0.0f;
-    for (uint i = 0; i < rays.samples; i++, point += 4) {
-        const struct light_ray ray = ray_of(light, point, spans, row, column);
-        if (ray.tilt == 0.0f) continue;
+    float sum = 0.0f, all = 0.0f;
+    for (uint i = 0; i <= rays.samples; i++, point += 4) {
+        const struct light_ray ray = ray_of(light, point, i, rays.samples, spans, row, column);
+        if (ray.weight == 0.0f) continue;
         const size_t end = seen(radius, row, column, ray.y, ray.x, ray.step_y, ray.step_x, first, last, grid);
         const int down = (int)(end / grid.columns) - (int)light[0], right = (int)(end % grid.columns) - (int)light[1];
         bool through = down <= NEAR && down >= -NEAR && right <= NEAR && right >= -NEAR && same(radius[end], light[3]);
 #if STOPS
         const float off_x = (float)sensor_x - rays.centre_x, off_y = (float)sensor_y - rays.centre_y;
-        const float field_y = rays.tangent_per_px * (off_y + point[1]), field_x = rays.tangent_per_px * (off_x + point[0]);
+        const float field_y = rays.tangent_per_px * (off_y + ray.way.y), field_x = rays.tangent_per_px * (off_x + ray.way.x);
         through = through && passes(stops, ray.u_y, ray.u_x, field_y, field_x);
 #endif
-        sum += through ? 0.0f : ray.tilt;
+        all += ray.weight;
+        sum += through ? 0.0f : ray.weight;
     }
-    lost[get_global_id(0)] = sum / (float)rays.samples;
+    lost[get_global_id(0)] = all > 0.0f ? sum / all : 0.0f;
 }
 #endif

@@ -14,8 +14,7 @@
 // stops:    (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
 // light:    (planes, photosites) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // iterations: fixed-point steps; 0 where every layer has one radius. OVERSAMPLING: samples per photosite and axis.
-// places: (photosites) uint32, row * width + column of the frame: those that are computed.
-// Dimension 0: entries of `places`; 1: planes of `light`.
+// places: (photosites) uint32, row * width + column of the frame: those computed. Dimension 0: entries of `places`; 1: planes of `light`.
 #include "cfa.h"
 #include "lens_lights.h"
 #include "lens_rays.h"
@@ -86,9 +85,9 @@ kernel void lens_sampling_lights(global const float *restrict coverage, global c
     const size_t area = (size_t)grid.rows * grid.columns;
     const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
     global const float *point = points + (size_t)(place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns) * rays.samples * 4;
-    float sum = 0.0f;
-    for (uint i = 0; i < rays.samples; i++, point += 4) {
-        const struct light_ray ray = ray_of(light, point, spans, row, column);
+    float sum = 0.0f, all = 0.0f;
+    for (uint i = 0; i <= rays.samples; i++, point += 4) {
+        const struct light_ray ray = ray_of(light, point, i, rays.samples, spans, row, column);
         float through = 1.0f;
         for (uint layer = 0; layer < (uint)light[2] && through > 0.0f; layer++) {
             global const float *map = radius + layer * area;
@@ -100,11 +99,12 @@ kernel void lens_sampling_lights(global const float *restrict coverage, global c
         }
 #if STOPS
         const float off_x = (float)sensor_x - rays.centre_x, off_y = (float)sensor_y - rays.centre_y;
-        if (!passes(stops, ray.u_y, ray.u_x, rays.tangent_per_px * (off_y + point[1]), rays.tangent_per_px * (off_x + point[0])))
+        if (!passes(stops, ray.u_y, ray.u_x, rays.tangent_per_px * (off_y + ray.way.y), rays.tangent_per_px * (off_x + ray.way.x)))
             through = 0.0f;
 #endif
-        sum += ray.tilt * (1.0f - through);
+        all += ray.weight;
+        sum += ray.weight * (1.0f - through);
     }
-    lost[get_global_id(0)] = sum / (float)rays.samples;
+    lost[get_global_id(0)] = all > 0.0f ? sum / all : 0.0f;
 }
 #endif

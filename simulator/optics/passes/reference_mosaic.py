@@ -184,10 +184,9 @@ class BandRays:
         block = np.array(optics.cfa.block(window.x, window.y))
         y, x = np.divmod(pairs[:, 0], window.width)
         excess = lights.excess[block[y % 2, x % 2], pairs[:, 1]]
-        whole = 1.0 / (np.pi * (lights.radii_px * grid.over) ** 2)  # a pupil has the area pi
         open_ = open_share(defocus.eyes, window, pairs[:, 0])
         lost = self._rays.lights_lost(lights.table(), self._pupil)
-        return LightSpots(window.height * window.width, pairs, shares, excess, whole[pairs[:, 1]], open_, lost)
+        return LightSpots(window.height * window.width, pairs, shares, excess, open_, lost)
 
     def sample(self, rays: RaySet, places: np.ndarray) -> np.ndarray:
         """Mean light of some photosites (n,), by a set of rays."""

@@ -1,7 +1,8 @@
 """Small bright lights in the reference blur: few rays from a photosite meet them, so rays start from them instead.
 
 A cell with the excess radiance E and the blur radius s adds E times the share of the pupil's image on it, which is exact, less
-what nearer surfaces and the lens's stops take away. Only that is sampled, so that a light that nothing hides has no noise.
+what nearer surfaces and the lens's stops take away. Only that share of it is sampled, so that a light that nothing hides has no
+noise, and nothing is left of one that is hidden.
 """
 
 import math
@@ -176,15 +177,14 @@ class LightSpots:
     """Light of the small lights on the photosites of a frame.
 
     pairs, shares: of `light_pairs`. excess: (pairs,) radiance of the light in the photosite's own colour.
-    lost: function that samples, for some pairs (n, 2), by a set of rays, the mean lost on the way (kernels/lens_lights.h).
-    whole: (pairs,) area of a light's cell in its pupil's image. open: (photosites,) share of the pupil that stops leave open.
+    lost: function that samples, for some pairs (n, 2), by a set of rays, the share lost on the way (kernels/lens_lights.h).
+    open: (photosites,) share of the pupil that stops leave open.
     """
 
     photosites: int
     pairs: np.ndarray
     shares: np.ndarray
     excess: np.ndarray
-    whole: np.ndarray
     open: np.ndarray
     lost: Callable[[np.ndarray, np.ndarray], np.ndarray] | None
 
@@ -206,7 +206,7 @@ class LightSpots:
             return np.zeros(len(places))
         lost = self.lost(points, self.pairs[chosen]).astype(np.float64)
         self.hidden[chosen[lost > 0.0]] = True
-        light = np.bincount(self.pairs[chosen, 0], lost * self.whole[chosen] * self.excess[chosen], self.photosites)
+        light = np.bincount(self.pairs[chosen, 0], lost * self.shares[chosen] * self.excess[chosen], self.photosites)
         return (light / self.open)[places]
 
 

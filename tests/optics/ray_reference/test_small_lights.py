@@ -65,6 +65,23 @@ def test_a_light_half_hidden_by_an_edge_is_right_to_a_tenth_of_the_noise(single,
     assert found.p99 < 0.1 and found.p99_9 < 0.15
 
 
+@pytest.mark.filterwarnings("ignore:.* photosites have an estimated error")
+@pytest.mark.parametrize("single", [False, True])
+def test_nothing_is_left_of_a_light_where_all_of_it_is_hidden(single):
+    """Of a light of 10^8 a thousandth more than it would bring was taken away: photosites were far below black."""
+    case = half_plane_before_a_light(single, 1e8)
+    planned = case_plan(case, 200.0, tolerance=0.0)
+    few = dataclasses.replace(planned.optics.accuracy, rays=4096)
+    found = executed_case(case, dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, accuracy=few)))
+    # A ray from x through u meets the light at x + FAR_PX u, and the near half-plane left of EDGE.
+    last = (EDGE * FAR_PX - (LIGHT[1] + 1) / OVER * NEAR_PX) / (FAR_PX - NEAR_PX)
+    columns = np.arange(MARGIN, COLUMNS - MARGIN)
+    reached, hidden = columns + 1 > LIGHT[1] / OVER - FAR_PX, columns + 1 < last
+    assert (reached & hidden).sum() >= 4
+    dark = half_plane_before_a_light(single, 0.0).truth
+    assert np.abs(z_scores(found, dark, 200.0)[:, hidden]).max() < 0.15
+
+
 @pytest.mark.parametrize("radius", [2.4, 7.6])
 def test_the_spot_of_a_square_light_has_no_noise(radius):
     case = square_light(radius, OVER)
