@@ -95,6 +95,7 @@ def _with_kernels(
         smallest_px = None if first is None else min(least for least, _ in first.of_scene().ranges_px)
         dark = partial(dark_light, planned.scene, planned.weights)
         undrawn = undrawn_error(psf, lamps, planned.projection, planned.accuracy, dark, smallest_px)
+    has_rays = draws_lamps and psf is not None and _sends_layer_rays(planned, psf)
     return replace(
         planned,
         psf=psf,
@@ -104,7 +105,8 @@ def _with_kernels(
         sampling_error=sampled,
         lamp_error=undrawn,
         focus_error=left_out,
-        spread_error=0.0 if psf is None else _spread_error(planned, psf, per_radiance),
+        spread_error=0.0 if psf is None or has_rays else _spread_error(planned, psf, per_radiance),
+        layer_rays=has_rays,
         contrast=replace(planned.contrast, crossed=_crossed(planned, psf, per_radiance)),
     )
 
@@ -141,9 +143,21 @@ def _focus_error(planned: OpticsPlan, psf: FieldPsf, lens: Lens, per_radiance: f
     return focus_error(psf, planned.ignored_px, planned.channels, seen)
 
 
+def _spreads_layers(planned: OpticsPlan, psf: FieldPsf) -> bool:
+    """Whether kernels by distance spread layers one by one that hide each other."""
+    return psf.by_distance and planned.defocus is not None and bool(planned.scene.behind) and planned.has_coverage
+
+
+def _sends_layer_rays(planned: OpticsPlan, psf: FieldPsf) -> bool:
+    """Whether rays add what kernels lack that spread each layer of a scene at rest: without lamps, and steps within a layer."""
+    if planned.accuracy.tolerance or planned.accuracy.has_lamps or not _spreads_layers(planned, psf):
+        return False
+    return psf.nodes == (1, 1) and psf.footprint is None and not planned.contrast.has_steps
+
+
 def _spread_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> float:
     """Error of kernels by distance that spread each layer by itself, as a share of the brightest light."""
-    if not psf.by_distance or planned.defocus is None or not planned.scene.behind or not planned.has_coverage:
+    if planned.defocus is None or not _spreads_layers(planned, psf):
         return 0.0
     in_focus = replace(psf, radii_px=(0.0,), core=None, seen=None)
     kernel = in_focus.kernel(0, planned.channels // 2, False, *(count // 2 for count in psf.nodes))

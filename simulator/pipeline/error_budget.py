@@ -113,7 +113,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels, is_aside=_reads_aside(optics))
     else:
-        terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
+        terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage and not optics.layer_rays)
     terms += _rows_between(optics)
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
     if optics.psf is not None or (optics.psf_skipped is not None and optics.psf_skipped.sigma):

@@ -355,7 +355,11 @@ def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> P
     if optics.psf is not None:
         from simulator.pipeline.psf_passes import psf_pass  # not needed without kernels
 
-        return psf_pass(optics, budget, tiles)
+        one = psf_pass(optics, budget, tiles)
+        if not optics.layer_rays:
+            return one
+        rays_ms = (2 * len(optics.scene.layers) + 1) * _ms(pixels_of(optics), COST_NS["rays"])  # all, each light, each cover
+        return replace(one, method=f"{one.method}, rays for layers that hide each other", cost_ms=one.cost_ms + rays_ms)
     ideal = "the lens is ideal and photosites are sensitive all over"
     if optics.projection.open_side < 1.0:
         ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"

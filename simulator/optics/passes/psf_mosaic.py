@@ -16,6 +16,7 @@ from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.defocused_mosaic import add_covariance, defocused_mosaics
 from simulator.optics.passes.lamp_pass import add_lamps, take_lamps
+from simulator.optics.passes.layer_rays import add_layer_rays
 from simulator.optics.passes.psf_gather import gather_corrections, gather_psf
 from simulator.optics.passes.psf_slabs import gather_slabs
 from simulator.optics.passes.reference_mosaic import reference_mosaic
@@ -65,6 +66,8 @@ def psf_mosaic(
         take_lamps(optics, device, planes[0])
         return add_lamps(optics, device, _spread_mosaic(optics, None, device, planes, progress))
     light = _spread_mosaic(optics, None, device, planes, progress)
+    if optics.layer_rays:
+        return add_layer_rays(optics, device, planes, light, progress)
     if blur is not None:
         add_covariance(blur, optics.cfa, device, list(planes), light)
     return light

@@ -56,9 +56,18 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
     until the estimated standard error of a photosite is `Accuracy.ray_error` of its noise; small bright lights send their own.
     Warns of photosites that do not get there. Raises PhotositeError for layers too steep to be met once.
     """
-    frame, accuracy = optics.window, optics.accuracy
+    light = converged_mosaic(optics.window, optics.accuracy, _rays_of(optics, device, planes), progress)
+    return device.upload(light)
+
+
+def converged_mosaic(
+    frame: Window, accuracy: Accuracy, rays_of: Callable[[Window], Sample], progress: Callable[[float], None]
+) -> np.ndarray:
+    """Light of a frame (height, width) float32 by as many rays as it needs, band by band; warns of photosites that need more.
+
+    rays_of: function that gives, for a band of rows, the function that samples its light.
+    """
     light = np.empty((frame.height, frame.width), np.float32)
-    rays_of = _rays_of(optics, device, planes)
     left, worst = 0, 0.0
     for window in _bands(frame):
         found = follow_until_converged(
@@ -73,9 +82,9 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
         warnings.warn(
             f"{left} of {light.size} photosites have an estimated error above {accuracy.ray_error:g} sigma after "
             f"{REPLICATIONS * accuracy.rays} rays each, at most {worst:.2g} sigma",
-            stacklevel=2,
+            stacklevel=3,
         )
-    return device.upload(light)
+    return light
 
 
 def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callable[[Window], Sample]:
@@ -223,10 +232,11 @@ class Grid:
     optics: OpticsPlan
     device: Device
     planes: list[Buffer]
+    aside_px: int = 0  # from which rays start, beyond a photosite
 
     def __post_init__(self) -> None:
         defocus, projection = _defocus_of(self.optics), self.optics.projection
-        self.margin_px = defocus.reach_px + math.ceil(0.5 * projection.low_pass_px)
+        self.margin_px = defocus.reach_px + math.ceil(0.5 * projection.low_pass_px) + self.aside_px
         most = self.optics.accuracy.ray_samples
         divides = projection.whole_pixels(range(2, most + 1)) or most
         self.over = divides if projection.is_fine else most if projection.is_bilinear else 1

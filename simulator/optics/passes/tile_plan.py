@@ -94,7 +94,8 @@ def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
     if defocus is None:
         return None
     if optics.psf is not None and optics.psf.by_distance:
-        return _plan_covariance(optics, defocus, device) if optics.has_coverage and defocus.has_covariance else None
+        is_corrected = optics.has_coverage and defocus.has_covariance and not optics.layer_rays
+        return _plan_covariance(optics, defocus, device) if is_corrected else None
     if optics.accuracy.tolerance == 0.0:
         return None
     return _plan_tiles(replace(optics, window=optics.blur_window()), defocus, device)
