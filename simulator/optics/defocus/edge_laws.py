@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from simulator.optics.defocus.around_contrast import AROUND_PX
-from simulator.optics.defocus.defocus import FINE_NODES_PER_PX, FINE_NODES_PX, Defocus
+from simulator.optics.defocus.defocus import FINE_NODES_PER_PX, FINE_NODES_PX, STEEPEST_PX, Defocus
 
 LITS = (0.0, *(2.0**-power for power in range(15, 1, -1)))  # shares of a step that photosites see, for which it is counted
 SIDES = 2.5  # edges beside a photosite, with as many times the error and the light: random squares have up to 2.45 times both
@@ -90,6 +90,23 @@ def nodes_of_squares(defocus: Defocus, around: Sequence[float], curvature: float
     ranges = np.asarray(around)[np.searchsorted(AROUND_PX, radii)]
     seen = np.minimum(ranges, 0.5 * curvature * (radii + math.sqrt(0.5)) ** 2)
     return float((np.where(is_even, even, np.minimum(mixed, 0.16)) * seen).max())
+
+
+def radii_in_focus(radius_px: np.ndarray, scale: float) -> np.ndarray:
+    """Radius that tabulated images of even squares have too much at borders near the focus, (height, width) [photosites].
+
+    Light crosses a photosite's borders in proportion to the radius there, which falls to the focus and rises beyond it. Images
+    that are tabulated have the slope g of a surface on either side of their middle. The mean of that in focus and the next, at
+    1/8, has at a border nearer to the focus than the middle, of the radius r, up to 2r (1 - 4g) too much, or g (1 - 8r).
+
+    radius_px: of a map, (height, width). scale: its pixels per photosite. Slopes above STEEPEST_PX are steps. Both axes add.
+    """
+    found, near, nodes = np.zeros(radius_px.shape), np.abs(radius_px), FINE_NODES_PER_PX
+    for axis, size in enumerate(radius_px.shape):
+        slope = scale * np.abs(np.diff(radius_px, axis=axis, append=radius_px.take([size - 1], axis)))
+        more = np.minimum(2.0 * near * (1.0 - 0.5 * nodes * slope), slope * (1.0 - nodes * near))
+        found += np.where(slope <= STEEPEST_PX, np.maximum(more, 0.0), 0.0)
+    return found
 
 
 @lru_cache(maxsize=256)

@@ -145,6 +145,7 @@ def error_terms(
         )
         if accuracy.detail:
             left = nodes_of_squares(own, contrast.around, contrast.curvature, is_alone=is_alone)
+            left = max(left, contrast.in_focus if own.area.has_squares(finest) else 0.0)
         else:
             copied_px = own.copied_px if is_alone else 0.0  # before or behind others that are blurred nothing is
             least_px = max(min(least for least, _ in sloped), within_px, copied_px)

@@ -13,7 +13,7 @@ from simulator.optics.defocus.around_contrast import AROUND_PX, around_contrast
 from simulator.optics.defocus.bent_surfaces import bent_error
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_contrast import BESIDE, WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
-from simulator.optics.defocus.edge_laws import LITS
+from simulator.optics.defocus.edge_laws import LITS, radii_in_focus
 from simulator.optics.defocus.layer_contrast import Surface, layer_contrast
 from simulator.optics.defocus.path_contrast import PART_PX, PARTS, parts_around
 from simulator.optics.defocus.path_weights import lattices, pixels_of
@@ -74,6 +74,7 @@ class SceneContrast:
         that of the curvature.
     crossings: light that crosses the borders of photosites of a fine scene behind a circle that is left out, per radius in
         photosites, that of lamps left out, where all borders count; 0: not measured, or one pixel per photosite and fewer.
+    in_focus: light over a border that images of even squares have too much on slopes near the focus (`radii_in_focus`).
     shifted: light that a pupil clipped by rims moves aside where its circle is left out, per radius in photosites: its middle
         lies beside the axis; 0: no rim clips.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
@@ -102,6 +103,7 @@ class SceneContrast:
     hidden: float = 0.0
     crossed: float | None = None
     crossings: float = 0.0
+    in_focus: float = 0.0
     shifted: float = 0.0
 
 
@@ -142,6 +144,7 @@ def scene_contrast(
         lamps_within=ranges.get("lamps_within", 0.0),
         lamp_px=min(_least_lamp_px(*pair, to_share) for pair in layers) if defocus.accuracy.has_lamps else math.inf,
         hidden=steps.hidden,
+        in_focus=_in_focus(scene, to_share, defocus) if defocus.accuracy.detail else 0.0,
         bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
         shifted=_shifted(scene, weights, per_share, defocus),
     )
@@ -245,10 +248,17 @@ def sharp_contrast(
     return SceneContrast(curvature=max(every), flattened=flattened, few=few, crossings=crossings, shifted=shifted)
 
 
-def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+def _in_focus(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+    """Return `SceneContrast.in_focus`."""
+    radii = [radii_in_focus(one, defocus.scale) for one in defocus.radii_px if isinstance(one, np.ndarray)]
+    return max((_crossings(scene, to_share, defocus, one) for one in radii if one.any()), default=0.0)
+
+
+def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: np.ndarray | None = None) -> float:
     """Return `SceneContrast.crossings` of photosites anywhere among even squares; of a large scene, of parts.
 
-    Over a border goes the difference of the light beside it, times BESIDE radii. Where light has a minimum all four count.
+    Over a border goes the difference of the light beside it, times BESIDE radii. Where light has a minimum all four count. With
+    radii (height, width) it is the largest of the four, times the radius at that place.
     """
     side = max(round(defocus.scale), 1)
 
@@ -263,6 +273,10 @@ def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
         means = over_side(over_side(light, 0), 1)[1:-1, 1:-1]
         across, down = over_side(np.diff(light, axis=1), 0)[1:-1], over_side(np.diff(light, axis=0), 1)[:, 1:-1]
         gained = across[:, side:] - across[:, :-side] + down[side:] - down[:-side]
+        if radii_px is not None:
+            gained = np.max([abs(one) for one in (across[:, side:], across[:, :-side], down[side:], down[:-side])], axis=0)
+            here = radii_px[place][1 + side // 2 :, 1 + side // 2 :][: gained.shape[0], : gained.shape[1]]
+            gained = gained * here[..., None]
         return seen_contrast(BESIDE * np.abs(gained), means, defocus.accuracy).ravel()
 
     found = np.concatenate(in_threads(crossing, parts_of(scene, defocus.scale)))

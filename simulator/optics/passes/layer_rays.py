@@ -6,7 +6,6 @@ through any point of the pupil, meet the layers front to back. Their mean, less 
 rays, is what the kernels lack; most of the rays' noise is in both.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -92,7 +91,7 @@ def _starts(optics: OpticsPlan, channel: int) -> Callable[[np.ndarray], np.ndarr
     table, over = gather_table(in_focus.kernel(0, channel, True, 0, 0)), in_focus.over
     first = max(len(table) // (2 * over) - NEAR_PX, 0) * over
     weights = np.maximum(table[first : len(table) - first, first : len(table) - first], 0.0)
-    borders = (np.arange(len(weights) + 1) - math.ceil((len(weights) - over) / 2)) / over
+    borders = (np.arange(len(weights) + 1) - (len(weights) - over) // 2) / over
     rows = np.append(0.0, np.cumsum(weights.sum(axis=1)))
     columns = np.pad(np.cumsum(weights, axis=1), ((0, 0), (1, 0)))
     columns /= np.maximum(columns[:, -1:], 1e-300)

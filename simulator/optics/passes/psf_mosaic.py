@@ -35,6 +35,7 @@ from simulator.sensor.camera.camera import Window
 from simulator.sensor.camera.cfa import Cfa
 
 BLUR_SHARE = 0.7  # of the progress, where the geometric blur comes first
+RAYS_SHARE = 0.9  # of the progress, of rays for layers that hide each other
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,10 @@ def psf_mosaic(
     if optics.lamps is not None:
         take_lamps(optics, device, planes[0])
         return add_lamps(optics, device, _spread_mosaic(optics, None, device, planes, progress))
-    light = _spread_mosaic(optics, None, device, planes, progress)
     if optics.layer_rays:
-        return add_layer_rays(optics, device, planes, light, progress)
+        light = _spread_mosaic(optics, None, device, planes, lambda share: progress((1.0 - RAYS_SHARE) * share))
+        return add_layer_rays(optics, device, planes, light, lambda share: progress(1.0 - RAYS_SHARE * (1.0 - share)))
+    light = _spread_mosaic(optics, None, device, planes, progress)
     if blur is not None:
         add_covariance(blur, optics.cfa, device, list(planes), light)
     return light

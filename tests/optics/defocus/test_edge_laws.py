@@ -8,7 +8,9 @@ import yaml
 from audit.drawn_shots import draw_shot
 from audit.float64_truth import sum_rays
 from audit.shot_truth import run, z_scores
+from helpers.fine_frame import fine_shot, frame_radiance
 from scipy.ndimage import convolve1d
+from scipy.stats import qmc
 
 from simulator import load_shot
 from simulator.optics.defocus.edge_laws import LITS, edge_error
@@ -99,3 +101,28 @@ def test_a_layer_that_shakes_in_focus_states_what_samples_leave_of_its_edge(tmp_
     budget = plan(load_shot(draw_shot(51, 43).write(tmp_path))).error_budget
     assert budget.is_clamped and 15.5 < budget.predicted_sigma < 155.0
     assert "edges between 4 x 4 samples per photosite" in budget.warnings()[0]
+
+
+@pytest.mark.parametrize("slope", [0.01, 0.05])
+def test_a_slope_that_passes_through_the_focus_states_what_images_between_radii_leave(slope):
+    """Black and white squares, a plane in focus along the middle column: points of photosite and pupil in float64."""
+    shape, points = (12, 16), qmc.Sobol(4, seed=1).random_base2(14)
+    light = np.kron(np.random.default_rng(4).integers(0, 2, (12, 16)), np.ones((2, 2)))
+    light[1::2], light[:, 1::2] = np.roll(light, 1, axis=1)[1::2], np.roll(light, 1, axis=0)[:, 1::2]
+    columns = (np.arange(2 * shape[1]) + 0.5) / 2.0
+    found, planned = frame_radiance(fine_shot(light, shape, np.tile(slope * (columns - 8.3), (2 * shape[0], 1)), 500.0))
+    radius, angle = np.sqrt(points[:, 0]), 2.0 * np.pi * points[:, 1]
+    truth = np.zeros(shape)
+    for y, x in np.ndindex(shape):
+        from_y, from_x = y + points[:, 2], x + points[:, 3]
+        # A ray through u meets the plane s (x - 8.3) where x = from + s (x - 8.3) u.
+        signed = slope * (from_x - 8.3) / (1.0 - slope * radius * np.cos(angle))
+        rows, at = (
+            np.clip(np.floor(2.0 * (start + signed * radius * way(angle))).astype(int), 0, size - 1)
+            for start, way, size in ((from_y, np.sin, 2 * shape[0]), (from_x, np.cos, 2 * shape[1]))
+        )
+        truth[y, x] = light[rows, at].mean()
+    inside = np.s_[1:-1, 1:-1]  # beyond its border the surface goes on as it ends
+    z = np.abs(500.0 * (found - truth) / np.sqrt(500.0 * truth + 1.0))[inside]
+    assert planned.tiles is not None and planned.optics.defocus.area.has_squares(2)
+    assert 0.2 * planned.error_budget.predicted_sigma < z.max() < planned.error_budget.predicted_sigma
