@@ -107,6 +107,8 @@ def test_layers_that_hide_each_other_are_seen_together(device, near_px, far_px):
 
     assert error(scale * found) < 5.0 * RAY_ERROR < 0.3 < error(alone[SHOWN, SHOWN])
     assert planned.error_budget.predicted_sigma < 0.2
+    told = next(step for step in planned.passes if step.name == "point spread function")
+    assert "rays for layers that hide each other" in told.method
 
 
 def test_a_crop_has_the_bits_of_the_whole_frame(device):
