@@ -159,7 +159,7 @@ def _spread_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> fl
     """Error of kernels by distance that spread each layer by itself, as a share of the brightest light."""
     if planned.defocus is None or not _spreads_layers(planned, psf):
         return 0.0
-    in_focus = replace(psf, radii_px=(0.0,), core=None, seen=None)
+    in_focus = psf.of_one_radius(0.0)
     kernel = in_focus.kernel(0, planned.channels // 2, False, *(count // 2 for count in psf.nodes))
     to_share = per_radiance / planned.accuracy.electrons * planned.weights
     return spread_layers_error(planned.scene, to_share, planned.defocus, gather_table(kernel), psf.over)

@@ -4,13 +4,14 @@ The weights of pixels that photosites have by their samples, less the exact ones
 parts of the scene is what is left, of which the quantile MOST counts.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.path_weights import Lattice
-from simulator.optics.defocus.scene_light import LAMP, MOST, composite, seen_contrast
+from simulator.optics.defocus.scene_light import MOST, composite, layer_at, seen_contrast
 from simulator.scene.scene import Scene
 
 PARTS, PART_PX = 4, 40  # parts per axis of a large scene whose light is looked at, and their side [pixels]
@@ -39,10 +40,7 @@ class SceneParts:
         for down in rows:
             for right in columns:
                 place = np.ix_(down, right)
-                light = [
-                    (np.minimum(one.planes[place] @ to_share, LAMP), None if one.coverage is None else one.coverage[place])
-                    for one in scene.layers
-                ]
+                light = [layer_at(one, place, to_share) for one in scene.layers]
                 parts.append(np.moveaxis(composite(light), -1, 0))
         self.size = len(rows[0]), len(columns[0])
         self.spectra = np.fft.rfft2(np.array(parts, np.float64))
@@ -71,3 +69,12 @@ def parts_around(
 def _around(first: int, count: int, beside: int, size: int) -> np.ndarray:
     """Numbers of pixels of a part and beside it; beyond the border of the scene those at the border."""
     return np.clip(np.arange(first - beside, first + count + beside), 0, size - 1)
+
+
+def parts_of(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
+    """Return squares of PART_PX photosites of a scene, all of a small one."""
+    side = max(math.ceil(PART_PX * scale), 2)
+    tops, lefts = (
+        np.unique(np.linspace(0, max(length - side, 0), PARTS).astype(int)).tolist() for length in scene.planes.shape[:2]
+    )
+    return [(slice(top, top + side), slice(left, left + side)) for top in tops for left in lefts]

@@ -11,13 +11,23 @@ from simulator.optics.defocus.accuracy import grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.around_contrast import AROUND_PX, around_contrast
 from simulator.optics.defocus.bent_surfaces import bent_error
+from simulator.optics.defocus.crossing_contrast import border_crossings, crossings_in_focus
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
-from simulator.optics.defocus.edge_contrast import BESIDE, WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
-from simulator.optics.defocus.edge_laws import LITS, radii_in_focus
+from simulator.optics.defocus.edge_contrast import WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
+from simulator.optics.defocus.edge_laws import LITS
 from simulator.optics.defocus.layer_contrast import Surface, layer_contrast
-from simulator.optics.defocus.path_contrast import PART_PX, PARTS, parts_around
+from simulator.optics.defocus.path_contrast import parts_around, parts_of
 from simulator.optics.defocus.path_weights import lattices, pixels_of
-from simulator.optics.defocus.scene_light import LAMP, MOST, composite, flattened_error, scene_detail, seen_contrast, shifted
+from simulator.optics.defocus.scene_light import (
+    LAMP,
+    MOST,
+    composite,
+    flattened_error,
+    layer_at,
+    scene_detail,
+    seen_contrast,
+    shifted,
+)
 from simulator.optics.defocus.strip_contrast import curvatures
 from simulator.scene.occluded_background import EDGE_PX
 from simulator.scene.scene import Layer, Scene
@@ -144,7 +154,7 @@ def scene_contrast(
         lamps_within=ranges.get("lamps_within", 0.0),
         lamp_px=min(_least_lamp_px(*pair, to_share) for pair in layers) if defocus.accuracy.has_lamps else math.inf,
         hidden=steps.hidden,
-        in_focus=_in_focus(scene, to_share, defocus) if defocus.accuracy.detail else 0.0,
+        in_focus=crossings_in_focus(scene, to_share, defocus) if defocus.accuracy.detail else 0.0,
         bent=_bent(scene, to_share, defocus) if defocus.maps and not has_steps else 0.0,
         shifted=_shifted(scene, weights, per_share, defocus),
     )
@@ -243,44 +253,9 @@ def sharp_contrast(
     if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
     few = max(_brightest_of_few(layer, per_share * weights) for layer in scene.layers)
-    crossings = _crossings(scene, per_share * weights, defocus) if accuracy.detail else 0.0
+    crossings = border_crossings(scene, per_share * weights, defocus) if accuracy.detail else 0.0
     shifted = _shifted(scene, weights, per_share, defocus)
     return SceneContrast(curvature=max(every), flattened=flattened, few=few, crossings=crossings, shifted=shifted)
-
-
-def _in_focus(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
-    """Return `SceneContrast.in_focus`."""
-    radii = [radii_in_focus(one, defocus.scale) for one in defocus.radii_px if isinstance(one, np.ndarray)]
-    return max((_crossings(scene, to_share, defocus, one) for one in radii if one.any()), default=0.0)
-
-
-def _crossings(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: np.ndarray | None = None) -> float:
-    """Return `SceneContrast.crossings` of photosites anywhere among even squares; of a large scene, of parts.
-
-    Over a border goes the difference of the light beside it, times BESIDE radii. Where light has a minimum all four count. With
-    radii (height, width) it is the largest of the four, times the radius at that place.
-    """
-    side = max(round(defocus.scale), 1)
-
-    def over_side(light: np.ndarray, axis: int) -> np.ndarray:
-        first, count = side // 2, light.shape[axis] - side + 1  # of the windows that lie in the light
-        return window_mean(light, side, axes=(axis,)).take(range(first, first + count), axis)
-
-    def crossing(place: tuple[slice, slice]) -> np.ndarray:
-        light = np.minimum(composite([layer_at(layer, place, to_share) for layer in scene.layers]), LAMP)
-        if min(light.shape[:2]) < side + 2:
-            return np.zeros(0)
-        means = over_side(over_side(light, 0), 1)[1:-1, 1:-1]
-        across, down = over_side(np.diff(light, axis=1), 0)[1:-1], over_side(np.diff(light, axis=0), 1)[:, 1:-1]
-        gained = across[:, side:] - across[:, :-side] + down[side:] - down[:-side]
-        if radii_px is not None:
-            gained = np.max([abs(one) for one in (across[:, side:], across[:, :-side], down[side:], down[:-side])], axis=0)
-            here = radii_px[place][1 + side // 2 :, 1 + side // 2 :][: gained.shape[0], : gained.shape[1]]
-            gained = gained * here[..., None]
-        return seen_contrast(BESIDE * np.abs(gained), means, defocus.accuracy).ravel()
-
-    found = np.concatenate(in_threads(crossing, parts_of(scene, defocus.scale)))
-    return float(np.quantile(found, MOST)) if found.size else 0.0
 
 
 def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, float]:
@@ -424,15 +399,6 @@ def _pixel_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: 
     return max(own[0] for own in left), max(map(max, left))
 
 
-def parts_of(scene: Scene, scale: float) -> list[tuple[slice, slice]]:
-    """Return squares of PART_PX photosites of a scene, all of a small one."""
-    side = max(math.ceil(PART_PX * scale), 2)
-    tops, lefts = (
-        np.unique(np.linspace(0, max(length - side, 0), PARTS).astype(int)).tolist() for length in scene.planes.shape[:2]
-    )
-    return [(slice(top, top + side), slice(left, left + side)) for top in tops for left in lefts]
-
-
 def _bent(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
     """Return `SceneContrast.bent`: its quantile MOST, of each layer in its own light. Of a large scene parts are looked at."""
     is_moved, found = bool(defocus.gathers_scene(np.zeros(1), np.zeros(1)).any()), [np.zeros(1)]
@@ -505,8 +471,3 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
                 seen = seen_contrast(step, dark + lit * np.abs(step), defocus.accuracy).max(axis=-1)
                 found[place] = max(found[place], float(np.quantile(seen, MOST, method="higher")))
     return tuple(found.tolist())
-
-
-def layer_at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """Light, that of lamps left out, and coverage of a layer at some of its pixels."""
-    return np.minimum(layer.planes[place] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[place]

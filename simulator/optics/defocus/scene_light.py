@@ -6,7 +6,7 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 from simulator.scene.content_keys import freeze
-from simulator.scene.scene import Scene
+from simulator.scene.scene import Layer, Scene
 
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
@@ -245,3 +245,8 @@ def composite(layers: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
             break
         through = through * (1.0 - coverage[..., None])
     return light
+
+
+def layer_at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Light, that of lamps left out, and coverage of a layer at some of its pixels."""
+    return np.minimum(layer.planes[place] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[place]

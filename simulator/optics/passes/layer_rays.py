@@ -7,14 +7,13 @@ rays, is what the kernels lack; most of the rays' noise is in both.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.reference_mosaic import FEWEST_PATTERNS, PATTERN_RAYS, PATTERNS, Grid, Sample, converged_mosaic
+from simulator.optics.passes.reference_mosaic import Grid, Sample, converged_mosaic, patterns_of
 from simulator.optics.psf.kernel_split import gather_table
 from simulator.optics.ray_reference.convergence import RaySet
 from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, upload_surfaces
@@ -39,8 +38,7 @@ def add_layer_rays(
 
     @lru_cache(maxsize=KEPT_SETS * len(starts))
     def points(rays: int, seed: int, channel: int) -> np.ndarray:
-        patterns = max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
-        found = ray_samples(rays, patterns, seed, pupil)
+        found = ray_samples(rays, patterns_of(rays), seed, pupil)
         found[..., :2] = starts[channel](found[..., :2])
         return found
 
@@ -87,7 +85,7 @@ def _starts(optics: OpticsPlan, channel: int) -> Callable[[np.ndarray], np.ndarr
     As many start in each sample as the kernel in focus has weight there, evenly; weights below 0 count as none.
     """
     assert optics.psf is not None
-    in_focus = replace(optics.psf, radii_px=(0.0,), core=None, seen=None)
+    in_focus = optics.psf.of_one_radius(0.0)
     table, over = gather_table(in_focus.kernel(0, channel, True, 0, 0)), in_focus.over
     first = max(len(table) // (2 * over) - NEAR_PX, 0) * over
     weights = np.maximum(table[first : len(table) - first, first : len(table) - first], 0.0)

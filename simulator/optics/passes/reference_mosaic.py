@@ -138,12 +138,16 @@ def _bands(frame: Window) -> Iterator[Window]:
         yield Window(frame.x, frame.y + first, frame.width, min(BAND_ROWS, frame.height - first))
 
 
+def patterns_of(rays: int) -> int:
+    """Patterns of a set of so many rays."""
+    return max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
+
+
 @lru_cache(maxsize=8 * REPLICATIONS)
 def _points(rays: int, seed: int, pupil: Pupil | None, start: Start, *, timed: bool = False) -> np.ndarray:
     """Rays of a set. pupil: None: the last two numbers are places in the light's cell. start: where they begin."""
     side, apart = start
-    patterns = max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
-    points = ray_samples(rays, patterns, seed, pupil, timed=timed)
+    points = ray_samples(rays, patterns_of(rays), seed, pupil, timed=timed)
     place = points[..., :2]
     if apart:  # either half of an axis goes to one of the spots, so that both have points as even as one
         second = place >= 0.5

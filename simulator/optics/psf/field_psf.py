@@ -113,6 +113,10 @@ class FieldPsf:
         """Whether the device gathers light with the kernels of several slabs."""
         return self.core is not None and self.by_distance and len(self.radii_px) > 1
 
+    def of_one_radius(self, radius_px: float) -> Self:
+        """Return the PSF of one blur radius alone, with whole kernels of their own [photosites]."""
+        return replace(self, radii_px=(radius_px,), core=None, seen=None)
+
     def at_radius(self, radius_px: float, *, in_focus: bool = False) -> Self:
         """Return the PSF of one blur radius; in focus: that of radius 0 with kernels of the same size and cells."""
         key = 0.0 if in_focus else radius_px

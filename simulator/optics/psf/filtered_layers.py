@@ -13,8 +13,8 @@ import numpy as np
 
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.scene_contrast import layer_at, parts_of
-from simulator.optics.defocus.scene_light import MOST, composite, seen_contrast
+from simulator.optics.defocus.path_contrast import parts_of
+from simulator.optics.defocus.scene_light import MOST, composite, layer_at, seen_contrast
 from simulator.scene.scene import Scene
 
 WIDEST_PX = 6.0  # larger images of the aperture count as these [pixels]
@@ -69,9 +69,12 @@ def _resampled(kernel: np.ndarray, from_px: int, to_px: float) -> np.ndarray:
 
 def _divided(layer: Surface, finer: int) -> Surface:
     """Return a layer with so many equal squares in place of each pixel, along each axis."""
-    light, coverage = (None if one is None else one.repeat(finer, axis=0).repeat(finer, axis=1) for one in layer)
-    assert light is not None  # the first of both
-    return light, coverage
+    light, coverage = layer
+
+    def divided(plane: np.ndarray) -> np.ndarray:
+        return plane.repeat(finer, axis=0).repeat(finer, axis=1)
+
+    return divided(light), None if coverage is None else divided(coverage)
 
 
 def _spread(plane: np.ndarray, weights: np.ndarray) -> np.ndarray:

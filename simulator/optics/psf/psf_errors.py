@@ -3,7 +3,6 @@
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -112,7 +111,7 @@ def focus_error(psf: FieldPsf, away_px: float, channels: int, seen: Visibility) 
     if away_px == 0.0 or not psf.by_distance or not isinstance(psf.lens_psf, WavefrontPsf):
         return 0.0
     middle, found = psf.radii_px[0], 0.0
-    others = [replace(psf, radii_px=(middle + way,), core=None, seen=None) for way in (-away_px, away_px)]
+    others = [psf.of_one_radius(middle + way) for way in (-away_px, away_px)]
     for node in {(psf.nodes[0] // 2, psf.nodes[1] // 2), (0, 0)}:
         for channel in range(channels):
             own = psf.kernel(0, channel, False, *node).sum(axis=0)
