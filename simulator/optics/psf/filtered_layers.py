@@ -18,7 +18,6 @@ from simulator.optics.defocus.scene_light import MOST, composite, layer_at, seen
 from simulator.scene.scene import Scene
 
 WIDEST_PX = 6.0  # larger images of the aperture count as these [pixels]
-NEAR_PX = 2.5  # of a kernel, from its middle, over which layers are seen together [photosites]
 CELLS = 2  # least number of squares to a photosite and axis
 
 Place = tuple[slice, slice]
@@ -58,10 +57,10 @@ def spread_layers_error(scene: Scene, to_share: np.ndarray, defocus: Defocus, ke
 
 
 def _resampled(kernel: np.ndarray, from_px: int, to_px: float) -> np.ndarray:
-    """Return the middle of a kernel with so many values to a photosite in place of others, (n, n), sum 1."""
+    """Return a kernel with so many values to a photosite in place of others, (n, n), sum 1."""
     from scipy.ndimage import map_coordinates
 
-    reach = math.ceil(NEAR_PX * to_px)
+    reach = math.floor(len(kernel) // 2 * to_px / from_px)
     places = np.arange(-reach, reach + 1) * (from_px / to_px) + 0.5 * (len(kernel) - 1)
     found = np.maximum(map_coordinates(kernel, np.meshgrid(places, places, indexing="ij"), order=1), 0.0)
     return np.asarray(found / found.sum())
