@@ -22,7 +22,8 @@ from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot
 
 SETS, POINTS = 8, 8192
-LAMP_TIMES, MOST_LAMPS, LAMP_CHORDS = 4.0, 32, 2048  # of the brightest light without them; pixels; of the aperture
+LAMP_TIMES, MOST_LAMPS = 4.0, 32  # of the brightest light without them; pixels
+LAMP_CHORDS, CHORDS_PER_PX = 2048, 400  # least number of chords of the aperture of lamps; and for its radius
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ def means_with_lamps(
     means = photosite_means(np.where(is_lamp, 0.0, light), shape, radius, fill_factor, corners=corners)
     widest = 1.0 if corners is None else float(np.hypot(*corners.T).max())
     scale, reach = light.shape[0] // shape[0], math.ceil(abs(radius) * widest) + 1
+    chords = max(LAMP_CHORDS, math.ceil(CHORDS_PER_PX * abs(radius)))
     side, spots = 2 * reach + 1, dict[tuple[int, int], np.ndarray]()
     around = np.pad(means, reach)
     for row, column in np.argwhere(is_lamp).tolist():
@@ -92,7 +94,7 @@ def means_with_lamps(
         if place not in spots:
             pixel = np.zeros((side * scale, side * scale))
             pixel[reach * scale + place[0], reach * scale + place[1]] = 1.0
-            spots[place] = photosite_means(pixel, (side, side), radius, fill_factor, LAMP_CHORDS, corners)
+            spots[place] = photosite_means(pixel, (side, side), radius, fill_factor, chords, corners)
         top, left = row // scale, column // scale
         around[top : top + side, left : left + side] += light[row, column] * spots[place]
     return around[reach:-reach, reach:-reach]
