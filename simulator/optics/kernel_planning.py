@@ -24,6 +24,7 @@ from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_v
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.psf.wings import plan_wings
+from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
@@ -161,8 +162,11 @@ def _spread_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> fl
         return 0.0
     in_focus = psf.of_one_radius(0.0)
     kernel = in_focus.kernel(0, planned.channels // 2, False, *(count // 2 for count in psf.nodes))
-    to_share = per_radiance / planned.accuracy.electrons * planned.weights
-    return spread_layers_error(planned.scene, to_share, planned.defocus, gather_table(kernel), psf.over)
+    accuracy, scene, defocus, table = planned.accuracy, planned.scene, planned.defocus, gather_table(kernel)
+    to_share = per_radiance / accuracy.electrons * planned.weights
+    light = freeze(to_share), accuracy.electrons, accuracy.read_noise_e
+    key = "spread layers", light, freeze(table), psf.over, tuple(freeze(radius) for radius in defocus.radii_px)
+    return scene.remember(key, lambda: spread_layers_error(scene, to_share, defocus, table, psf.over))
 
 
 def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:

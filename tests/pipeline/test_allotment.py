@@ -103,7 +103,7 @@ def test_a_larger_tolerance_gives_the_plan_where_what_it_leaves_out_would_err_by
     shot = load_shot(draw_shot(118, 22).write(tmp_path))
     found, tighter = (plan(dataclasses.replace(shot, tolerance=own)) for own in (shot.tolerance, shot.tolerance / 3.0))
     assert tighter.optics.accuracy.tolerance > 2.0 * tighter.optics.tolerance and tighter.error_budget.is_clamped
-    assert tighter.error_budget.predicted_sigma <= found.error_budget.predicted_sigma < 4.0 * shot.tolerance
+    assert tighter.error_budget.predicted_sigma <= found.error_budget.predicted_sigma < 5.0 * shot.tolerance
 
 
 def test_lamps_that_move_nearly_in_focus_are_not_blurred_where_that_would_err_by_far_more(tmp_path):

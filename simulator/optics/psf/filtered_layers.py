@@ -14,10 +14,11 @@ import numpy as np
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.path_contrast import parts_of
-from simulator.optics.defocus.scene_light import MOST, composite, layer_at, seen_contrast
+from simulator.optics.defocus.scene_light import MOST, composite, layer_at, seen_contrast, shifted
 from simulator.scene.scene import Scene
 
 WIDEST_PX = 6.0  # larger images of the aperture count as these [pixels]
+POINTS = 32  # of the aperture
 CELLS = 2  # least number of squares to a photosite and axis
 
 Place = tuple[slice, slice]
@@ -43,17 +44,59 @@ def filtered_layers_error(scene: Scene, to_share: np.ndarray, defocus: Defocus, 
 def spread_layers_error(scene: Scene, to_share: np.ndarray, defocus: Defocus, kernel: np.ndarray, per_photosite: int) -> float:
     """Error of kernels that spread each layer by itself, as a share of the brightest light, as of `filtered_layers_error`.
 
-    It is that of all layers spread together by the kernel in focus, which diffraction and open area leave of each distance.
+    The truth is what layers show together through points of the aperture, spread by the kernel in focus, which diffraction and
+    open area leave of each distance. Of several layers out of focus kernels add the covariance over the aperture, but spread it
+    over a photosite alone (`Method.CORRECTED`).
     kernel: (n, n) weights of the light around a photosite, in focus, so many to a photosite and axis, of `gather_table`.
     """
     finer = math.ceil(CELLS / defocus.scale)
-    weights, found = _resampled(kernel, per_photosite, finer * defocus.scale), [np.zeros(1)]
+    weights, area = _resampled(kernel, per_photosite, finer * defocus.scale), _square(finer * defocus.scale)
+    found = [np.zeros(1)]
     for place in parts_of(scene, defocus.scale):
-        layers = [_divided(one, finer) for one in _blurred(scene, to_share, defocus, place)]
-        seen = _spread(composite(layers), weights)
-        means = [(_spread(light, weights), None if cover is None else _spread(cover, weights)) for light, cover in layers]
-        found.append(seen_contrast(composite(means) - seen, seen, defocus.accuracy).ravel())
+        radii_px = [_radius_in(place, radius, defocus.scale) for radius in defocus.radii_px]
+        layers = [_divided(layer_at(layer, place, to_share), finer) for layer in scene.layers]
+        together, each = _through_points(layers, [finer * radius for radius in radii_px])
+        means = [(_spread(light, weights), None if cover is None else _spread(cover, weights)) for light, cover in each]
+        seen, added = _spread(together, weights), _spread(together - composite(each), area)
+        found.append(seen_contrast(composite(means) + added - seen, seen, defocus.accuracy).ravel())
     return float(np.quantile(np.concatenate(found), MOST))
+
+
+def _radius_in(place: Place, radius_px: np.ndarray | float, scale: float) -> float:
+    """Signed blur radius of a layer in a part of it [pixels], at most WIDEST_PX; the smallest of those that vary."""
+    own = np.ravel(radius_px[place] if isinstance(radius_px, np.ndarray) else radius_px)
+    return float(np.clip(scale * own[np.argmin(np.abs(own))], -WIDEST_PX, WIDEST_PX))
+
+
+def _through_points(layers: list[Surface], radii_px: list[float]) -> tuple[np.ndarray, list[Surface]]:
+    """Mean over points of the aperture of what layers show together, and of each layer by itself.
+
+    radii_px: of their blur circles, in their own pixels, whose nearest is read.
+    """
+    number = np.arange(POINTS) + 0.5
+    radius, angle = np.sqrt(number / POINTS), math.pi * (3.0 - math.sqrt(5.0)) * number  # a sunflower's seeds
+    seen = []
+    for down, right in (radius * np.array([np.sin(angle), np.cos(angle)])).T:
+        seen.append(
+            [_read_aside(one, round(own * down), round(own * right)) for one, own in zip(layers, radii_px, strict=True)]
+        )
+    return np.mean([composite(one) for one in seen], axis=0), [_mean([one[n] for one in seen]) for n in range(len(layers))]
+
+
+def _read_aside(layer: Surface, down: int, right: int) -> Surface:
+    """Return a layer as it is so many pixels away; it goes on as it ends."""
+    light, coverage = (
+        None if plane is None else shifted(shifted(plane, 0, down, plane.shape[0]), 1, right, plane.shape[1]) for plane in layer
+    )
+    assert light is not None  # every layer has some
+    return light, coverage
+
+
+def _square(side_px: float) -> np.ndarray:
+    """Weights of a square of so many pixels around the middle of one, (n, n), sum 1."""
+    reach = math.ceil(0.5 * (side_px - 1.0))
+    line = np.clip(0.5 * (side_px + 1.0) - np.abs(np.arange(-reach, reach + 1)), 0.0, 1.0) / side_px
+    return np.outer(line, line)
 
 
 def _resampled(kernel: np.ndarray, from_px: int, to_px: float) -> np.ndarray:
