@@ -7,6 +7,7 @@ in time alone. Distortion and the path of the camera are those of the plan, in f
 them.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -35,14 +36,17 @@ class Truth:
 
 
 def is_simple(shot: Shot, planned: Plan) -> bool:
-    """Whether this module knows all of the shot: a scene of even squares, surfaces at one distance each, an ideal lens.
+    """Whether this module knows all of the shot: surfaces at one distance each, an ideal lens, and a scene of even squares.
 
+    Of fewer pixels than photosites it knows one surface at rest.
     The lens is a pinhole or has a round aperture or blades, and may distort. A low-pass filter makes four spots. Camera and
     layers may move; lines of a rolling shutter are rows.
     """
     optics, lens = planned.optics, shot.lens
     scene = load_scene(shot.scene)
-    if not isinstance(lens, ThinLens | Pinhole) or not optics.projection.is_fine or scene.deep is not None:
+    if not isinstance(lens, ThinLens | Pinhole) or scene.deep is not None:
+        return False
+    if not optics.projection.is_fine and not (optics.projection.is_bilinear and _has_one_image(shot, planned)):
         return False
     plain_lens = not (lens.has_diffraction or lens.pupil.stops or lens.veiling_glare) and lens.psf is None
     plain_lens &= lens.falloff is None and (lens.distortion is None or set(lens.distortion.lateral) == {1.0})
@@ -53,29 +57,62 @@ def is_simple(shot: Shot, planned: Plan) -> bool:
 
 
 def exact_means(shot: Shot, planned: Plan) -> Truth | None:
-    """Mean electrons of one surface at rest with whole scene pixels in each photosite, by the areas of chords of the aperture.
+    """Mean electrons of one surface at rest, by the areas of chords of the aperture.
 
-    None where a shot that `is_simple` has more than that.
+    Its pixels are whole in each photosite, or there are fewer than photosites. None where a shot that `is_simple` is neither.
     """
-    scene, projection, camera = load_scene(shot.scene), planned.optics.projection, shot.camera
-    scale, window = round(projection.scale), planned.optics.window
-    is_whole = abs(projection.scale - scale) < 1e-9 and projection.offset_x == projection.offset_y == 0.0
-    if scene.behind or shot.motion is not None or camera.low_pass_um > 0.0 or not is_whole:
+    if not _has_one_image(shot, planned):
         return None
-    pupil = shot.lens.pupil
+    optics, camera, pupil = planned.optics, shot.camera, shot.lens.pupil
+    scene, projection, window = load_scene(shot.scene), optics.projection, optics.window
     corners = None if pupil.is_round else pupil.corners()
-    if not (pupil.is_round or pupil.blade_curvature == 0.0) or projection.warp is not None:
-        return None
     assert isinstance(scene.depth_m, float | int)
     radius = radius_px(shot.lens, camera.pixel_pitch_um, float(scene.depth_m))
-    margin = math.ceil(abs(radius) * pupil.corner_radius) + 1
-    light = scene.planes.astype(np.float64) @ planned.optics.weights.astype(np.float64)
-    light = np.pad(light, ((margin * scale, margin * scale), (margin * scale, margin * scale), (0, 0)), "edge")
-    shape = light.shape[0] // scale, light.shape[1] // scale
-    means = [means_with_lamps(light[..., one], shape, radius, camera.fill_factor, corners) for one in range(light.shape[2])]
-    inside = np.stack(means)[:, margin + window.y :, margin + window.x :][:, : window.height, : window.width]
+    light = np.moveaxis(scene.planes.astype(np.float64) @ optics.weights.astype(np.float64), -1, 0)
+    if projection.is_bilinear:
+        inside = _coarse_means(light, shot, planned, radius, corners)[:, window.y :, window.x :]
+    else:
+        scale = round(projection.scale)
+        is_whole = abs(projection.scale - scale) < 1e-9 and projection.offset_x == projection.offset_y == 0.0
+        if camera.low_pass_um > 0.0 or not is_whole:
+            return None
+        margin = math.ceil(abs(radius) * pupil.corner_radius) + 1
+        light = np.pad(light, ((0, 0), *2 * [2 * [margin * scale]]), "edge")
+        shape = light.shape[1] // scale, light.shape[2] // scale
+        means = [means_with_lamps(one, shape, radius, camera.fill_factor, corners) for one in light]
+        inside = np.stack(means)[:, margin + window.y :, margin + window.x :]
+    inside = inside[:, : window.height, : window.width]
     found = np.take_along_axis(inside, channels_of(planned)[None], axis=0)[0] * _electrons_per_radiance(shot, planned)
     return Truth(found, np.zeros_like(found))
+
+
+def _has_one_image(shot: Shot, planned: Plan) -> bool:
+    """Whether one surface at rest has the same circle, or polygon, everywhere."""
+    pupil, scene = shot.lens.pupil, load_scene(shot.scene)
+    is_known = pupil.is_round or pupil.blade_curvature == 0.0
+    return is_known and not scene.behind and shot.motion is None and planned.optics.projection.warp is None
+
+
+def _coarse_means(light: np.ndarray, shot: Shot, planned: Plan, radius: float, corners: np.ndarray | None) -> np.ndarray:
+    """Mean radiance of photosites of the whole sensor, (channels, rows, columns), of light between few pixels.
+
+    light: (channels, height, width) radiance of the pixels. Each of the four spots of a low-pass filter sees it by itself.
+    """
+    camera, projection = shot.camera, planned.optics.projection
+    half_px = 0.5 * camera.low_pass_um / camera.pixel_pitch_um
+    widest = abs(radius) * (1.0 if corners is None else float(np.hypot(*corners.T).max()))
+    beyond = math.ceil((widest + half_px) * projection.scale) + 2
+    wide = np.pad(light, ((0, 0), *2 * [2 * [beyond]]), "edge")
+    shape, chords = (camera.height_px, camera.width_px), max(LAMP_CHORDS, math.ceil(CHORDS_PER_PX * abs(radius)))
+    images = []
+    for spot in itertools.product(*2 * [sorted({-half_px, half_px})]):
+        first = (
+            beyond + offset + away * projection.scale
+            for offset, away in zip((projection.offset_y, projection.offset_x), spot, strict=True)
+        )
+        grid = (projection.scale, *first)
+        images.append(photosite_means(wide, shape, radius, camera.fill_factor, chords, corners, grid=grid, is_tent=True))
+    return np.asarray(np.mean(images, axis=0))
 
 
 def means_with_lamps(

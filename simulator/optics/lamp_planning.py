@@ -17,9 +17,10 @@ from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.lamps import Lamps
 from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
-MOST_LAMPS, MOST_SHARE = 1024, 1 / 64  # of them, and of the scene's pixels
+MOST_LAMPS, MOST_SHARE, FEW = 1024, 1 / 64, 8  # of them, and of the scene's pixels; that may be more in a scene of few
 MOST_ROWS = 50_000  # of photosites in the images of all lamps
 SEARCHED = 1 << 20  # pixels up to which the brightest light beside lamps is looked for; in larger scenes no quantile holds them
 
@@ -29,7 +30,7 @@ def with_drawn_lamps(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sen
 
     planned: with its blur. loaded: the scene as it is loaded.
     """
-    if not _misses_lamps(planned):
+    if not (_misses_lamps(planned) or _mixes_coarse_lamps(planned, lens, sensor.camera)):
         return planned
     lamps = _find_lamps(planned)
     if lamps is None:
@@ -45,12 +46,27 @@ def with_drawn_lamps(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sen
 
 def _misses_lamps(planned: OpticsPlan) -> bool:
     """Whether the blur of one even surface would mix the pixels of a fine scene behind a round aperture."""
+    has_tolerance = planned.accuracy.tolerance > 0.0
+    return _has_one_image(planned) and has_tolerance and planned.is_direct and not planned.accuracy.whole_pixels
+
+
+def _mixes_coarse_lamps(planned: OpticsPlan, lens: Lens, camera: Camera) -> bool:
+    """Whether light between the pixels of a coarse scene would be that of whole photosites or parts, or met by few rays.
+
+    No kernel comes after it then. A filter may: each of its spots has an image of its own.
+    """
+    is_ideal = lens.psf is None and not lens.has_diffraction and lens.aberrations is None
+    is_open = camera.fill_factor == 1.0 or planned.accuracy.tolerance == 0.0
+    return is_ideal and is_open and planned.projection.is_bilinear and _has_one_image(planned)
+
+
+def _has_one_image(planned: OpticsPlan) -> bool:
+    """Whether the blur of one surface is the same round circle everywhere."""
     defocus, projection = planned.defocus, planned.projection
-    if defocus is None or not planned.accuracy.tolerance or len(defocus.radii_px) > 1 or planned.scene.coverage is not None:
+    if defocus is None or len(defocus.radii_px) > 1 or planned.scene.coverage is not None or planned.scene.deep is not None:
         return False
-    if not defocus.area.fine or defocus.area.whole_pixels or defocus.eyes is not None or not defocus.pupil.is_round:
-        return False
-    return projection.warp is None and projection.pose is None and not defocus.maps
+    is_round = defocus.eyes is None and defocus.pupil.is_round
+    return is_round and projection.warp is None and projection.pose is None and not defocus.maps
 
 
 def _find_lamps(planned: OpticsPlan) -> Lamps | None:
@@ -61,7 +77,7 @@ def _find_lamps(planned: OpticsPlan) -> Lamps | None:
     if pixels > SEARCHED and not planned.accuracy.has_lamps:
         return None
     side = 2 * drawn_spots(planned.defocus, planned.projection).reach_px + 1
-    most = math.ceil(min(MOST_LAMPS, MOST_SHARE * pixels, MOST_ROWS / side))
+    most = math.ceil(min(MOST_LAMPS, max(MOST_SHARE * pixels, FEW), MOST_ROWS / side))
     brightest = planned.accuracy.brightest
     if pixels <= SEARCHED:
         light = (scene.planes.reshape(pixels, -1) @ weights).max(axis=1)

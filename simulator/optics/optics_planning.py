@@ -208,16 +208,16 @@ def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPla
 def _with_filter_in_focus(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, *, is_at_rest: bool) -> OpticsPlan:
     """Return the plan of a scene whose photosites average it over their open area behind a filter, if the lens is ideal.
 
-    Squares of a footprint average a coarse scene in focus at rest. The image of another in focus, and of a fine one out of
-    focus at rest, is the mean of the filter's four spots, each over open areas.
+    Squares of a footprint average a coarse scene in focus at rest. The image of another in focus, of a fine one out of focus at
+    rest, and of one whose lamps are drawn, is the mean of the filter's four spots, each over open areas.
     """
     camera, projection = sensor.camera, planned.projection
     sampling = Sampling(camera.fill_factor, camera.low_pass_um)
     is_ideal = lens.psf is None and not lens.has_diffraction and lens.aberrations is None
-    is_kept = planned.defocus is not None and not (planned.is_direct and planned.accuracy.tolerance)
-    if is_kept or sampling == Sampling() or not is_ideal or _is_even(planned.scene):
+    has_spots = planned.lamps is not None or (planned.is_direct and planned.accuracy.tolerance)
+    if (planned.defocus is not None and not has_spots) or sampling == Sampling() or not is_ideal or _is_even(planned.scene):
         return planned
-    if is_at_rest and projection.fits_footprint:
+    if is_at_rest and projection.fits_footprint and planned.defocus is None:
         footprint = sampling.footprint(camera.pixel_pitch_um)
         return replace(planned, projection=replace(projection, footprint=footprint))
     low_pass_px = camera.low_pass_um / camera.pixel_pitch_um

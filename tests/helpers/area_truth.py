@@ -1,4 +1,4 @@
-"""Photosites as areas, in float64: exact means of a scene of even square pixels behind a lens out of focus.
+"""Photosites as areas, in float64: exact means of a scene of even square pixels, or of light between them, behind a lens.
 
 The aperture is a disk or a convex polygon, cut into chords: along a chord the mean of the overlap of photosite and pixel has a
 closed form. Chords of a disk are summed by the midpoint rule in the angle at which they begin, those of a polygon from corner
@@ -19,18 +19,24 @@ def photosite_means(
     fill_factor: float = 1.0,
     chords: int = CHORDS,
     corners: np.ndarray | None = None,
+    *,
+    grid: tuple[float, float, float] | None = None,
+    is_tent: bool = False,
 ) -> np.ndarray:
     """Mean of each photosite's open area, (..., rows, columns) float64, of a scene that covers the sensor, or of several.
 
-    pixels: (..., height, width) radiance of even squares, 0 beyond them; as many per photosite in y as in x. shape: rows and
-    columns of photosites. radius_px: signed blur radius [photosites]. corners: of the aperture, in order, (n, 2) [pupil radii];
-    None: a disk.
+    pixels: (..., height, width) radiance of even squares, 0 beyond them. shape: rows and columns of photosites. radius_px:
+    signed blur radius [photosites]. corners: of the aperture, in order, (n, 2) [pupil radii]; None: a disk. grid: pixels per
+    photosite and axis, and the row and column of the scene at which the first photosite begins; None: of a scene that covers
+    the photosites. is_tent: whether light falls from the middle of each pixel to those of its neighbours.
     """
-    scale, side = pixels.shape[-1] / shape[1], math.sqrt(fill_factor)
-    assert math.isclose(scale, pixels.shape[-2] / shape[0])
+    scale, *first = grid or (pixels.shape[-1] / shape[1], 0.0, 0.0)
+    side = math.sqrt(fill_factor)
+    assert grid is not None or math.isclose(scale, pixels.shape[-2] / shape[0])
 
     def overlaps(axis: int, shift_px: float, half_chord_px: float) -> np.ndarray:
-        return _overlaps(shape[axis], pixels.shape[axis - 2], scale, side, scale * shift_px, scale * half_chord_px)
+        shift = first[axis] + scale * shift_px
+        return _overlaps(shape[axis], pixels.shape[axis - 2], scale, side, shift, scale * half_chord_px, is_tent=is_tent)
 
     if radius_px == 0.0:
         return overlaps(0, 0.0, 0.0) @ pixels @ overlaps(1, 0.0, 0.0).T
@@ -97,19 +103,31 @@ def means_of_upright_layers(colour: np.ndarray, coverage: np.ndarray, radius_px:
     return light.reshape(columns, 32).mean(axis=1)
 
 
-def _overlaps(count: int, pixels: int, scale: float, side: float, shift: float, half_chord: float) -> np.ndarray:
-    """Share of each photosite's side on each pixel, (photosites, pixels), mean over shifts by up to half_chord [pixels]."""
+def _overlaps(
+    count: int, pixels: int, scale: float, side: float, shift: float, half_chord: float, *, is_tent: bool
+) -> np.ndarray:
+    """Share of each photosite's side on each pixel, (photosites, pixels), mean over shifts by up to half_chord [pixels].
+
+    A side is the difference of its ends. So is a pixel, of a ramp; a tent is that of differences, of a parabola.
+    """
     middle = scale * (np.arange(count) + 0.5)[:, None] + shift - np.arange(pixels)
     low, high = middle - 0.5 * scale * side, middle + 0.5 * scale * side
-    return (_ramp(high, half_chord) - _ramp(high - 1, half_chord) - _ramp(low, half_chord) + _ramp(low - 1, half_chord)) / (
-        scale * side
-    )
+    ends = ((1.0, -0.5), (-2.0, 0.5), (1.0, 1.5)) if is_tent else ((1.0, 0.0), (-1.0, 1.0))
+    ramp = _parabola if is_tent else _ramp
+    found = sum(weight * (ramp(high - end, half_chord) - ramp(low - end, half_chord)) for weight, end in ends)
+    return np.asarray(found / (scale * side))
 
 
 def _ramp(place: np.ndarray, half: float) -> np.ndarray:
     """Mean of max(place + t, 0) over t from -half to half."""
     partly = np.maximum(place + half, 0.0) ** 2 / (4.0 * half) if half > 1e-30 else 0.0
     return np.where(np.abs(place) < half, partly, np.maximum(place, 0.0))
+
+
+def _parabola(place: np.ndarray, half: float) -> np.ndarray:
+    """Mean of max(place + t, 0)^2 / 2 over t from -half to half."""
+    partly = np.maximum(place + half, 0.0) ** 3 / (12.0 * half) if half > 1e-30 else 0.0
+    return np.where(np.abs(place) < half, partly, np.where(place > 0.0, 0.5 * place**2 + half**2 / 6.0, 0.0))
 
 
 def fine_scene(kind: str, scale: float, shape: tuple[int, int], seed: int = 0) -> np.ndarray:

@@ -1,6 +1,7 @@
-"""Lamps out of focus in a scene whose pixels no samples divide, drawn by themselves, against closed forms in float64."""
+"""Lamps out of focus in scenes whose pixels no samples divide, or that have few, drawn one by one, against float64."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -63,6 +64,41 @@ def test_the_image_of_a_square_is_that_of_chords(radius_px, scale, fill_factor, 
 
 
 @pytest.mark.parametrize(
+    ("radius_px", "scale", "open_side"), [(0.02, 0.8, 1.0), (0.7, 0.5, 0.8), (1.7, 0.3, 1.0), (6.2, 0.9, 0.7), (9.0, 0.2, 1.0)]
+)
+def test_the_image_of_a_tent_is_that_of_chords(radius_px, scale, open_side):
+    """Light of a pixel of a coarse scene falls to the middles of those beside it."""
+    light, places = np.zeros((9, 9)), np.arange(30) + 0.5
+    light[4, 3] = 1.0
+    first = 4.2 - 15.0 * scale, 3.9 - 15.0 * scale  # pixels before the first photosite
+    truth = photosite_means(light, (30, 30), radius_px, open_side**2, 2048, grid=(scale, *first), is_tent=True)
+    away = [places - (pixel + 0.5 - one) / scale for one, pixel in zip(first, (4, 3), strict=True)]
+    found = square_image(radius_px, 1.0 / scale, open_side, *away, is_tent=True)
+    assert np.abs(found - truth).max() < 3e-5 * truth.max()
+    assert open_side < 1.0 or scale < 0.3 or found.sum() == pytest.approx(scale**-2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("scale", "radius_px", "low_pass_px", "fill_factor", "tolerance"),
+    [(0.5, 5.0, 0.0, 1.0, 0.1), (0.8, 2.3, 0.7, 1.0, 0.1), (0.5, 5.0, 0.0, 1.0, 0.0), (0.5, 3.0, 1.0, 0.6, 0.0)],
+)
+def test_lamps_of_a_coarse_scene_are_drawn_as_light_between_its_pixels(scale, radius_px, low_pass_px, fill_factor, tolerance):
+    """Means over photosites left 500 standard deviations and more where the penumbra ends; rays missed it altogether."""
+    electrons, shape = 50.0, (20, 30)
+    light = lamp_scene(scale, 1e6, shape, patch=0.0)
+    shot = fine_shot(light, shape, radius_px, electrons, fill_factor, tolerance)
+    camera = dataclasses.replace(shot.camera, low_pass_um=low_pass_px * shot.camera.pixel_pitch_um)
+    found, planned = frame_radiance(dataclasses.replace(shot, camera=camera))
+    places = itertools.product(*2 * [sorted({-0.5 * low_pass_px, 0.5 * low_pass_px})])
+    grids = [(scale, scale * down, scale * across) for down, across in places]
+    means = (photosite_means(light, shape, radius_px, fill_factor, 4096, grid=grid, is_tent=True) for grid in grids)
+    truth = np.mean(list(means), axis=0)
+    z = np.abs(electrons * (found - truth)) / np.sqrt(electrons * truth + 1.0)
+    assert planned.optics.lamps is not None and planned.optics.lamps.count == 2
+    assert z.max() < 0.05 and planned.error_budget.predicted_sigma < 0.05
+
+
+@pytest.mark.parametrize(
     ("scale", "radius_px", "fill_factor", "shape", "electrons", "lamp"),
     [
         (2.5, 6.5, 1.0, SHAPE, 50.0, 2e5),
@@ -90,6 +126,10 @@ def test_lamps_out_of_focus_keep_the_tolerance(scale, radius_px, fill_factor, sh
         ({"lens": dataclasses.replace(LENS, aperture=Aperture(blades=6))}, False),
         ({"lamp": 3.0}, False),
         ({"tolerance": 0.0}, False),
+        ({"scale": 0.5}, True),
+        ({"scale": 0.5, "fill_factor": 0.5}, False),  # a kernel comes after the blur
+        ({"scale": 0.5, "fill_factor": 0.5, "tolerance": 0.0}, True),
+        ({"scale": 0.5, "lens": dataclasses.replace(LENS, diffraction=True)}, False),
     ],
 )
 def test_lamps_are_drawn_where_no_other_method_is_exact(change, drawn):

@@ -1,6 +1,7 @@
 """The truth of the audit: in float64 where that knows a shot, and rays of the reference path, which agree."""
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -18,7 +19,9 @@ from audit.shot_truth import (
     z_scores,
 )
 from audit.timed_rays import with_timed_rays
+from helpers.area_truth import photosite_means
 from helpers.audit_shots import BRIGHT, DIM, simple_shot
+from scipy.ndimage import map_coordinates
 
 from simulator.optics.defocus.lamp_images import square_image
 from simulator.optics.error_term import WINGS
@@ -76,6 +79,26 @@ def test_float64_and_the_reference_path_agree(tmp_path, device, kind):
     found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.3), device, wanted_error(0.3), 1.0)
     z = np.abs(z_scores(found, summed.electrons, planned))
     assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own) < 1.1  # light of other places differs by several
+
+
+def test_light_between_few_pixels_is_that_of_many_small_squares(tmp_path):
+    """One pixel to two photosites, through a low-pass filter, whose light is read at 12 places to a pixel."""
+    camera = {"base": "ideal", "width": 24, "height": 20, "pixel_pitch": "6 um", "low_pass": "3 um"}
+    scene = {"image": "light.npy", "luminance": "20 cd/m^2", "depth": "1.9 m"}
+    shot = simple_shot(tmp_path, camera=camera, scene=scene)
+    np.save(tmp_path / "light.npy", np.random.default_rng(2).random((10, 12)).astype(np.float32))
+    planned = plan(shot)
+    found, per_pixel, beyond = exact_means(shot, planned), 12, 4
+    assert is_simple(shot, planned) and found is not None and planned.optics.projection.scale == 0.5
+    light = np.pad(np.load(tmp_path / "light.npy").astype(np.float64), beyond, "edge")
+    rows, columns = ((np.arange(per_pixel * side) + 0.5) / per_pixel - 0.5 for side in light.shape)
+    read = map_coordinates(light, np.meshgrid(rows, columns, indexing="ij"), order=1, mode="nearest")
+    radius_px, scale = float(shot.lens.blur_radius_um(1.9)) / 6.0, 0.5 * per_pixel
+    spots = itertools.product((-0.25, 0.25), repeat=2)  # of the filter [photosites]
+    shape = tuple(2 * side for side in light.shape)
+    means = [photosite_means(read, shape, radius_px, grid=(scale, scale * down, scale * right)) for down, right in spots]
+    ratio = found.electrons / np.mean(means, axis=0)[2 * beyond : -2 * beyond, 2 * beyond : -2 * beyond]
+    assert abs(radius_px) > 1.0 and np.ptp(ratio) < 2e-3 * ratio.mean()
 
 
 def test_upright_photosites_are_integrated_exactly(tmp_path, monkeypatch):

@@ -1,11 +1,13 @@
 """The image of a pixel of light behind a lens out of focus, on photosites at any place: disk * pixel * light-sensitive square.
 
-Pixel and square overlap by a trapezoid on either axis, T. A photosite whose middle lies (x, y) from that of the pixel sees the
-integral of T(x - u) T(y - v) over the disk. Along a row of the disk it is the difference of two parabolas; over the rows it is
-analytic between the angles at which a bend of T meets the row or its end: Gauss-Legendre quadrature between those leaves
-1e-8 of the peak. Photosites whose trapezoids lie inside the disk see all of the pixel, those outside none.
+Pixel and square overlap by a trapezoid on either axis, T; light between the middles of pixels is a tent, a side of the pixel
+folded with itself, whose overlap with the square is T folded with one more side. A photosite whose middle lies (x, y) from that
+of the pixel sees the integral of T(x - u) T(y - v) over the disk. Along a row of the disk it is the difference of two powers;
+over the rows it is analytic between the angles at which a bend of T meets the row or its end: Gauss-Legendre quadrature between
+those leaves 1e-8 of the peak. Photosites whose T lies inside the disk see all of the pixel, those outside none.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -17,58 +19,66 @@ NODES, NODE_SHARES = np.polynomial.legendre.leggauss(6)  # of the quadrature bet
 MOST_KEPT = 64  # images, of lamps at different places in their photosites
 
 
-def square_image(radius_px: float, width_px: float, open_side: float, down_px: np.ndarray, across_px: np.ndarray) -> np.ndarray:
-    """Mean light of photosites around an even square of radiance 1 behind a disk, (rows, columns) float64.
+def square_image(
+    radius_px: float, width_px: float, open_side: float, down_px: np.ndarray, across_px: np.ndarray, *, is_tent: bool = False
+) -> np.ndarray:
+    """Mean light of photosites around a pixel of radiance 1 behind a disk, (rows, columns) float64.
 
-    radius_px: of the disk, above 0. width_px: side of the square of light. open_side: of the light-sensitive squares. down_px,
-    across_px: (rows,) and (columns,) middles of the photosites, from that of the square of light. All in photosites.
+    radius_px: of the disk, above 0. width_px: side of the pixel. open_side: of the light-sensitive squares. down_px, across_px:
+    (rows,) and (columns,) middles of the photosites, from that of the pixel. All in photosites. is_tent: whether the light of
+    the pixel falls to the middles of those beside it; else it is an even square.
     """
-    radius, reach = abs(radius_px), 0.5 * (width_px + open_side)
+    radius, sides = abs(radius_px), (width_px, open_side, *([width_px] if is_tent else []))
+    reach = 0.5 * sum(sides)
     y, x = np.meshgrid(np.abs(down_px), np.abs(across_px), indexing="ij")
     image = np.where(np.hypot(y + reach, x + reach) <= radius, (width_px * open_side) ** 2, 0.0)
     nearest = np.hypot(np.maximum(y - reach, 0.0), np.maximum(x - reach, 0.0))
     rim = (image == 0.0) & (nearest < radius)
-    image[rim] = _rim(radius, _bends(width_px, open_side), y[rim], x[rim])
+    image[rim] = _rim(radius, sides, y[rim], x[rim])
     return image / (math.pi * (radius * open_side) ** 2)
 
 
-def _bends(width_px: float, open_side: float) -> np.ndarray:
-    """Places at which the overlap of both sides bends, from where their middles meet."""
-    wide, narrow = 0.5 * (width_px + open_side), 0.5 * abs(width_px - open_side)
-    return np.array([-wide, -narrow, narrow, wide])
-
-
-def _rim(radius: float, bends: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Integral over the disk for photosites (photosites,) on its rim, at distances y and x."""
+def _rim(radius: float, sides: tuple[float, ...], y: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Integral over the disk for photosites (photosites,) on its rim, at distances y and x; sides: that overlap."""
+    bends = np.array([sum(ends) for ends in itertools.product(*((-0.5 * side, 0.5 * side) for side in sides))])
     rows, ends = y[:, None] + bends, np.abs(x[:, None] + bends)
     at_ends = np.arccos(np.clip(ends / radius, 0.0, 1.0))
-    angles = np.concatenate([np.arcsin(np.clip(rows / radius, -1.0, 1.0)), at_ends, -at_ends], axis=1)
-    angles = np.sort(np.clip(angles, angles[:, :1], angles[:, 3:4]), axis=1)  # rows that overlap the square at all
+    rows = np.arcsin(np.clip(rows / radius, -1.0, 1.0))
+    angles = np.concatenate([rows, at_ends, -at_ends], axis=1)
+    angles = np.sort(np.clip(angles, rows[:, :1], rows[:, -1:]), axis=1)  # rows that overlap the pixel at all
     middle, half = 0.5 * (angles[:, 1:] + angles[:, :-1]), 0.5 * (angles[:, 1:] - angles[:, :-1])
     angle = middle[..., None] + half[..., None] * NODES
-    end = radius * np.cos(angle)
-    length = _overlap(radius * np.sin(angle) - y[:, None, None], bends, 1)
-    across = _overlap(end - x[:, None, None], bends, 2) - _overlap(-end - x[:, None, None], bends, 2)
-    return np.asarray((length * across * end * half[..., None] * NODE_SHARES).sum(axis=(1, 2)))
+    end, power = radius * np.cos(angle), len(sides) - 1
+    length = _overlap(radius * np.sin(angle) - y[:, None, None], bends, power)
+    across = _overlap(end - x[:, None, None], bends, power + 1) - _overlap(-end - x[:, None, None], bends, power + 1)
+    whole = sides[0] ** (2 * (power - 1))  # a tent is the side of the pixel folded with itself, over that side
+    return np.asarray((length * across * end * half[..., None] * NODE_SHARES).sum(axis=(1, 2)) / whole)
 
 
 def _overlap(place: np.ndarray, bends: np.ndarray, power: int) -> np.ndarray:
-    """Overlap of two sides whose middles lie so far apart (power 1), or its integral from the left (2)."""
-    ramps = [np.maximum(place - bend, 0.0) ** power for bend in bends.tolist()]
-    return (ramps[0] - ramps[1] - ramps[2] + ramps[3]) / power
+    """Overlap of sides whose middles lie so far apart, or its integral from the left.
+
+    bends: of `itertools.product` over both ends of each side, the leftmost first. power: number of sides, less one, or not.
+    """
+    signs = [1.0]
+    while len(signs) < len(bends):
+        signs = [*signs, *(-one for one in signs)]
+    ramps = [sign * np.maximum(place - bend, 0.0) ** power for sign, bend in zip(signs, bends.tolist(), strict=True)]
+    return np.asarray(sum(ramps) / math.factorial(power))
 
 
 class DefocusedSpots:
     """Images of the pixels of a scene behind blur circles of one radius, with the interface of `LampSpots`.
 
     radius_px: of the circles. width_px: side of a pixel. open_side: of the light-sensitive squares. All in photosites.
+    is_tent: of `square_image`.
     """
 
     psf = None  # it is the same all over the sensor
 
-    def __init__(self, radius_px: float, width_px: float, open_side: float) -> None:
-        self.radius_px, self.width_px, self.open_side = abs(radius_px), width_px, open_side
-        self.reach_px = math.ceil(self.radius_px + 0.5 * (width_px + open_side)) + 1
+    def __init__(self, radius_px: float, width_px: float, open_side: float, *, is_tent: bool = False) -> None:
+        self.radius_px, self.width_px, self.open_side, self.is_tent = abs(radius_px), width_px, open_side, is_tent
+        self.reach_px = math.ceil(self.radius_px + 0.5 * ((1 + is_tent) * width_px + open_side)) + 1
         self._found: dict[tuple[float, float], np.ndarray] = {}
 
     def image(self, channel: int, node: tuple[int, int], place: tuple[float, float]) -> np.ndarray:
@@ -80,7 +90,8 @@ class DefocusedSpots:
             if len(self._found) >= MOST_KEPT:
                 self._found.clear()
             away = np.arange(-self.reach_px, self.reach_px + 1) + 0.5
-            self._found[place] = square_image(self.radius_px, self.width_px, self.open_side, away - place[0], away - place[1])
+            down, across = away - place[0], away - place[1]
+            self._found[place] = square_image(self.radius_px, self.width_px, self.open_side, down, across, is_tent=self.is_tent)
         return self._found[place]
 
 
@@ -88,4 +99,4 @@ def drawn_spots(defocus: Defocus, projection: Projection) -> DefocusedSpots:
     """Return the images of the pixels of a scene at one distance."""
     radius_px = defocus.radii_px[0]
     assert isinstance(radius_px, float)  # lamps are drawn behind these alone
-    return DefocusedSpots(radius_px, 1.0 / projection.scale, projection.open_side)
+    return DefocusedSpots(radius_px, 1.0 / projection.scale, projection.open_side, is_tent=projection.is_bilinear)

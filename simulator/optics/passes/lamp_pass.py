@@ -42,10 +42,11 @@ def add_lamps(optics: OpticsPlan, device: Device, light: Buffer) -> Buffer:
     lamps, frame = optics.lamps, optics.window
     assert lamps is not None  # without them this pass does not run
     _, excess = lamps.split(optics.scene.planes, optics.weights)
-    projection, drawn = optics.projection, np.zeros((frame.height, frame.width))
-    spots = _spots(optics)
-    for lamp in _placed(lamps, projection, frame, spots.reach_px):
-        _draw(drawn, lamp, excess[lamp.number], optics, spots)
+    drawn, spots = np.zeros((frame.height, frame.width)), _spots(optics)
+    of_filter = optics.at_spots() if optics.projection.low_pass_px else [optics]  # of rays, which start where it lets them
+    for spot in of_filter:
+        for lamp in _placed(lamps, spot.projection, frame, spots.reach_px):
+            _draw(drawn, lamp, excess[lamp.number] / len(of_filter), optics, spots)
     found = device.download(light, drawn.shape, np.float32)
     return device.upload((drawn + found).astype(np.float32))
 

@@ -95,7 +95,8 @@ def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callab
         on_samples = 4.0 * (grid.over / optics.projection.scale) ** 2 if optics.projection.is_bilinear else 1.0
         most = max(int(MOST_LIGHTS / on_samples), 1)
         has_lights = defocus.motion is None and has_shares(defocus.pupil, _start(optics))
-        limit = light_limit(optics.scene, optics.weights, most) if has_lights else None
+        left = optics.scene if optics.lamps is None else optics.lamps.without(optics.scene, optics.weights)
+        limit = light_limit(left, optics.weights, most) if has_lights else None
         return lambda window: BandRays(grid, window, limit).sample
     picture = DeepPicture(device, deep, blur, optics.weights, optics.projection)
 

@@ -23,20 +23,27 @@ def still_mosaic(
         from simulator.optics.passes.psf_mosaic import psf_mosaic  # brings SciPy's transforms
 
         return psf_mosaic(optics, tiles, device, planes, progress)
+    if optics.defocus is None:
+        return project(device, optics.projection, optics.cfa, optics.window, planes[0])
+    if optics.lamps is None:
+        return _blurred(optics, tiles, device, planes, progress)
+    from simulator.optics.passes.lamp_pass import add_lamps, take_lamps
+
+    take_lamps(optics, device, planes[0])
+    return add_lamps(optics, device, _blurred(optics, tiles, device, planes, progress))
+
+
+def _blurred(
+    optics: OpticsPlan, tiles: "TilePlan | None", device: Device, planes: list[Buffer], progress: Callable[[float], None]
+) -> Buffer:
+    """`still_mosaic` of a scene out of focus behind an ideal lens."""
     if tiles is not None:
         from simulator.optics.passes.defocused_mosaic import defocused_mosaic
 
-        if optics.lamps is None:
-            return defocused_mosaic(tiles, optics.cfa, device, planes, progress)
-        from simulator.optics.passes.lamp_pass import add_lamps, take_lamps
+        return defocused_mosaic(tiles, optics.cfa, device, planes, progress)
+    from simulator.optics.passes.reference_mosaic import reference_mosaic
 
-        take_lamps(optics, device, planes[0])
-        return add_lamps(optics, device, defocused_mosaic(tiles, optics.cfa, device, planes, progress))
-    if optics.defocus is not None:
-        from simulator.optics.passes.reference_mosaic import reference_mosaic
-
-        return reference_mosaic(optics, device, planes, progress)
-    return project(device, optics.projection, optics.cfa, optics.window, planes[0])
+    return reference_mosaic(optics, device, planes, progress)
 
 
 def still_name(optics: OpticsPlan) -> str:
