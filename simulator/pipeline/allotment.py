@@ -71,10 +71,10 @@ def with_few_instants(best: OpticsPlan, make: Callable[..., OpticsPlan], budget_
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, make_sharp: Make | None) -> OpticsPlan:
     """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach.
 
-    Of a scene that moves it must leave far less, as beside lamps, unless it moves one surface as a whole: what a blur that is
-    left out leaves of edges that move apart has no law.
+    Of a scene that moves it must leave far less, as beside lamps, unless it moves one surface as a whole, or leaves out the
+    motion, too: what a blur that is left out leaves of edges that move apart has no law.
     """
-    if not (_may_move_whole(best) or _may_leave_out(best)):
+    if not (_may_move_whole(best) or _may_leave_out(best) or _may_rest(best)):
         return best
     moves_whole = _may_move_whole(best)
     for factor in LOOSER:
@@ -82,7 +82,7 @@ def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, m
         if make_sharp is not None and moves_whole and may_be_sharp(looser[0]):
             looser.append(make_sharp(factor * tolerance))
         for one in looser:
-            share = 1.0 if is_at_rest(best) or (moves_whole and _moves_as_one(one)) else FAR_LESS
+            share = 1.0 if is_at_rest(one) or (moves_whole and _moves_as_one(one)) else FAR_LESS
             found, left = budget_of(replace(one, tolerance=tolerance)), budget_of(best)
             pairs = [(found, left), (_typical(found), _typical(left))]
             if all(less.predicted_sigma < share * more.predicted_sigma for less, more in pairs):
@@ -102,6 +102,12 @@ def _may_leave_out(best: OpticsPlan) -> bool:
     if defocus is None or defocus.maps or not (is_at_rest(best) or best.accuracy.has_lamps):
         return False
     return min(most for _, most in defocus.ranges_px) <= MOST_SHARP_PX
+
+
+def _may_rest(best: OpticsPlan) -> bool:
+    """Whether a larger tolerance may leave out all motion, which is short."""
+    motions = [motion for motion in (best.motion, best.flash_motion) if motion is not None]
+    return bool(motions) and all(motion.length.longest_px <= MOST_SHARP_PX for motion in motions)
 
 
 def _moves_as_one(optics: OpticsPlan) -> bool:

@@ -106,6 +106,14 @@ def test_a_larger_tolerance_gives_the_plan_where_what_it_leaves_out_would_err_by
     assert tighter.error_budget.predicted_sigma <= found.error_budget.predicted_sigma < 5.0 * shot.tolerance
 
 
+def test_a_short_motion_is_left_out_where_points_that_carry_it_would_err_by_more(tmp_path):
+    """Dark layers with circles of 0.01 photosites, which points of aperture and time read between samples that mix pixels."""
+    shot = load_shot(draw_shot(7601, 183).write(tmp_path))
+    found, tighter = (plan(dataclasses.replace(shot, tolerance=own)) for own in (shot.tolerance, shot.tolerance / 3.0))
+    assert found.optics.motion is None and tighter.optics.motion is None and tighter.error_budget.is_clamped
+    assert tighter.error_budget.predicted_sigma == pytest.approx(found.error_budget.predicted_sigma)
+
+
 def test_lamps_that_move_nearly_in_focus_are_not_blurred_where_that_would_err_by_far_more(tmp_path):
     """A layer of lamps in focus before circles of 0.16 photosites, behind a filter that means of photosites do not tell."""
     shot = load_shot(draw_shot(8128, 166).write(tmp_path))
