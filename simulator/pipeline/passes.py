@@ -186,16 +186,10 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) 
         return Pass("defocus", False, told, error_sigma=error_of(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
+    lamps = "" if optics.lamps is None else f", {optics.lamps.count} lamps one by one"
     if optics.accuracy.tolerance == 0.0:
-        return Pass(
-            "defocus",
-            True,
-            "rays through lens and scene",
-            pixels,
-            pixels * (4 + 4 * defocus.maps),
-            optics.accuracy.ray_error,
-            _ms(pixels, COST_NS["rays"]),
-        )
+        memory, cost = pixels * (4 + 4 * defocus.maps), _ms(pixels, COST_NS["rays"])
+        return Pass("defocus", True, f"rays through lens and scene{lamps}", pixels, memory, optics.accuracy.ray_error, cost)
     from simulator.optics.defocus.predicted_cost import cost_ms  # a sharp frame has no tiles
     from simulator.optics.passes.blur_work import unmeasured_work, work_of
 
@@ -205,9 +199,7 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) 
         work = work_of(tiles)
         methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
-    if optics.lamps is not None:
-        methods += f", {optics.lamps.count} lamps one by one"
-    error = error_of(budget, BLUR, MOVING)
+    error, methods = error_of(budget, BLUR, MOVING), methods + lamps
     return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms(work), scratch)
 
 
