@@ -142,6 +142,13 @@ def test_lamps_are_drawn_where_no_other_method_is_exact(change, drawn):
     assert (optics.lamps is not None) == drawn
 
 
+def test_a_few_lamps_are_drawn_however_few_pixels_a_scene_has():
+    light = np.zeros((12, 16), np.float32)
+    light[[2, 4, 6, 8, 9], [3, 12, 7, 2, 10]] = 1e4
+    lamps = plan(fine_shot(light, (24, 32), 3.0, 50.0)).optics.lamps
+    assert lamps is not None and lamps.count == 5 > light.size / 64
+
+
 def test_more_lamps_than_a_64th_of_the_pixels_are_not_drawn():
     light = np.zeros((60, 80), np.float32)
     light[3:-3:3, 20:-3:3] = 1e4

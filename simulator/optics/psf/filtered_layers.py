@@ -134,8 +134,7 @@ def _blurred(scene: Scene, to_share: np.ndarray, defocus: Defocus, place: Place)
 
     found = []
     for layer, radius in zip(scene.layers, defocus.radii_px, strict=False):
-        radius_px = np.abs(radius[place]).min() if isinstance(radius, np.ndarray) else abs(radius)
-        weights = disk_weights(min(float(radius_px) * defocus.scale, WIDEST_PX))
+        weights = disk_weights(_radius_in(place, radius, defocus.scale))
         light, coverage = layer_at(layer, place, to_share)
         behind = convolve(light.astype(np.float64), weights[..., None], mode="nearest")
         found.append((behind, None if coverage is None else convolve(coverage.astype(np.float64), weights, mode="nearest")))
