@@ -10,6 +10,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.optics.blur_planning import (
+    electrons_per_radiance,
     gathers_squares,
     plan_accuracy,
     with_defocus,
@@ -187,7 +188,12 @@ def _plan_sensor_optics(
         return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
     from simulator.optics.kernel_planning import with_psf, with_wings  # not needed for an even scene
 
-    return with_wings(with_psf(planned, lens, sensor, floor, is_at_rest), scene)
+    planned = with_wings(with_psf(planned, lens, sensor, floor, is_at_rest), scene)
+    if is_at_rest and planned.reads_between_pixels:
+        from simulator.optics.path_planning import with_path_weights  # photosites of most scenes have pixels of their own
+
+        planned = with_path_weights(planned, electrons_per_radiance(lens, sensor))
+    return planned
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:

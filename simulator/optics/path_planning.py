@@ -1,6 +1,7 @@
-"""Plans how samples of light that was swept are weighed, and measures what they leave, of one scene pixel per photosite.
+"""Plans how samples of light between pixels are weighed, and measures what they leave, of one scene pixel per photosite.
 
-Even squares are taken where they leave little, else weights of the path (`path_weights`) with as few of their own as suffice.
+Light was swept, or photosites lie between the pixels of a scene at rest, which is a path of one place. Even squares are taken
+where they leave little, else weights of the path (`path_weights`) with as few of their own as suffice.
 """
 
 import math
@@ -45,14 +46,14 @@ def has_pixel_per_photosite(planned: OpticsPlan) -> bool:
 
 
 def with_path_weights(planned: OpticsPlan, per_radiance: float) -> OpticsPlan:
-    """Return the plan of a surface that moves, with what its samples leave, and with weights of its path where they leave less.
+    """Return the plan of a surface between pixels with what its samples leave, and weights of its path where these leave less.
 
-    That is a scene of one layer and one pixel per photosite that moves in one light alone.
+    That is a scene of one layer and one pixel per photosite that moves in one light alone, or rests.
     """
-    defocus, motion = planned.defocus, planned.motion
-    if defocus is None or motion is None or not _is_measured(planned, defocus, motion):
+    defocus = planned.defocus
+    if defocus is None or not _is_measured(planned, defocus):
         return planned
-    own = _Left(planned, defocus, motion, per_radiance)
+    own = _Left(planned, defocus, per_radiance)
     ends, path, enough = own.ends(None), None, 12.0 * FITTED_SHARE * planned.accuracy.allowed
     for other in own.paths() if ends > enough else ():
         left = own.ends(other)
@@ -66,25 +67,32 @@ def with_path_weights(planned: OpticsPlan, per_radiance: float) -> OpticsPlan:
     return replace(planned, defocus=defocus, contrast=replace(planned.contrast, ends=ends, ends_aside=ends))
 
 
-def _is_measured(planned: OpticsPlan, defocus: Defocus, motion: MotionPlan) -> bool:
+def _is_measured(planned: OpticsPlan, defocus: Defocus) -> bool:
     projection, psf = planned.projection, planned.psf
-    if planned.has_flash or motion.vectors is not None or motion.method not in ("swept_first", "instants"):
-        return False
     if (psf is not None and psf.by_distance) or planned.accuracy.tolerance == 0.0 or len(defocus.radii_px) > 1:
         return False
-    is_short = motion.length.longest_px <= LONGEST_PX or (motion.is_shift and motion.path.straight_shift() is not None)
-    reads = has_pixel_per_photosite(planned) and not projection.nearest and projection.warp is None
-    return reads and is_short and defocus.copied_px < defocus.largest_px
+    reads = has_pixel_per_photosite(planned) and not projection.has_squares and projection.warp is None
+    return reads and _is_known(planned) and defocus.copied_px < defocus.largest_px
+
+
+def _is_known(planned: OpticsPlan) -> bool:
+    """Whether the plan knows where photosites read between pixels: at one place, or along one path that tells its weights."""
+    motion = planned.motion
+    if motion is None:
+        return planned.reads_between_pixels
+    if planned.has_flash or motion.vectors is not None or motion.method not in ("swept_first", "instants"):
+        return False
+    return motion.length.longest_px <= LONGEST_PX or (motion.is_shift and motion.path.straight_shift() is not None)
 
 
 class _Left:
-    """What samples of a surface that moves leave, by their weights."""
+    """What samples of a surface between pixels leave, by their weights."""
 
-    def __init__(self, planned: OpticsPlan, defocus: Defocus, motion: MotionPlan, per_radiance: float) -> None:
-        self.planned, self.defocus, self.motion = planned, defocus, motion
+    def __init__(self, planned: OpticsPlan, defocus: Defocus, per_radiance: float) -> None:
+        self.planned, self.defocus, self.motion = planned, defocus, planned.motion
         self.per_share = per_radiance / planned.accuracy.electrons
-        self.ways = _ways(motion, planned.projection)
-        blur = motion.blur
+        self.ways = _ways(planned.motion, planned.projection)
+        blur = None if planned.motion is None else planned.motion.blur
         skew, followed = (UPRIGHT, None) if blur is None else (blur.spot_skew, blur.followed)
         self.skew_px = None if followed is None else (followed.x_px, followed.y_px)
         self.image_of = partial(aperture_weights, replace(defocus.pupil, skew=skew))
@@ -95,9 +103,9 @@ class _Left:
 
     def paths(self) -> Iterator[ReadPath]:
         """Weights of the path that the surface may have, those first that take the least time."""
-        defocus, blur, largest_px = self.defocus, self.motion.blur, self.defocus.pupil.corner_radius * self.defocus.largest_px
+        defocus, motion, largest_px = self.defocus, self.motion, self.defocus.pupil.corner_radius * self.defocus.largest_px
         is_one = defocus.eyes is None and not defocus.maps and largest_px <= PATH_PX
-        if not is_one or blur is None:
+        if not is_one or (motion is not None and motion.blur is None):
             return
         reach, has_lamps = math.ceil(largest_px - 0.5), self.planned.accuracy.has_lamps
         if reach < MOST_REACH:
@@ -155,8 +163,10 @@ class _Left:
         return parts_around(planned.scene, planned.weights, self.per_share, planned.accuracy, every)
 
 
-def _ways(motion: MotionPlan, projection: Projection) -> tuple[Way, ...]:
-    """Return `ReadPath.ways` of a motion."""
+def _ways(motion: MotionPlan | None, projection: Projection) -> tuple[Way, ...]:
+    """Return `ReadPath.ways` of a motion, or of a place at rest."""
+    if motion is None:
+        return (((projection.offset_x, projection.offset_y, 1.0),),)
     geometry = motion.path.motion.geometry
     size = np.array([geometry.width_px, geometry.height_px])
     places = PLACES if motion.is_shift else TURNED

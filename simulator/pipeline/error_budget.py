@@ -109,7 +109,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     if blur is None:
         terms += ignored_terms(optics)
     elif accuracy.tolerance == 0.0 and (optics.moves_pixels or optics.projection.is_bilinear or not _rays_meet_pixels(optics)):
-        terms += ray_terms(blur, contrast, is_bilinear=optics.projection.is_bilinear)
+        terms += ray_terms(blur, contrast, is_smooth=not optics.projection.is_fine)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast, reads_pixels=optics.reads_pixels, is_aside=_reads_aside(optics))
     else:
@@ -221,7 +221,8 @@ def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
 def _reads_aside(optics: OpticsPlan) -> bool:
     """Whether photosites read the light between pixels at places that no path evens out."""
     paths = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
-    return optics.projection.warp is not None or (bool(paths) and min(paths) < 1.0)
+    is_aside = optics.projection.warp is not None or optics.reads_between_pixels
+    return is_aside or (bool(paths) and min(paths) < 1.0)
 
 
 def _blurred_edges(optics: OpticsPlan) -> float:

@@ -223,14 +223,14 @@ def _spot_shares(defocus: Defocus, contrast: SceneContrast, *, reads_pixels: boo
     return mixed, max([area.beyond(samples), *shadows])
 
 
-def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, is_bilinear: bool = False) -> list[ErrorTerm]:
+def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, is_smooth: bool = False) -> list[ErrorTerm]:
     """Predict what rays leave whose samples, `ray_samples` per axis of a photosite, mix parts of a fine scene's pixels.
 
-    is_bilinear: whether the scene has fewer pixels than photosites, with light that is bilinear between them. Samples are even
+    is_smooth: whether the scene is no finer than the photosites, whose light is bilinear between its pixels. Samples are even
         squares, too, in which it bends: by 1 / 24 n^2 of its second difference where circles or a filter end within them.
     """
     accuracy, smallest_px = defocus.accuracy, min(least for least, _ in defocus.of_scene().ranges_px)
-    if is_bilinear:
+    if is_smooth:
         behind = 2.0 * contrast.ends if smallest_px >= 1.0 else math.inf
         bend = min(contrast.curvature, behind or math.inf)
         cause = f"rays that meet {accuracy.ray_samples} x {accuracy.ray_samples} samples of a photosite, in which light bends"

@@ -121,10 +121,14 @@ class Projection:
         return self.is_fine or self.nearest or (not self.is_bilinear and self.open_side < 1.0)
 
     @property
+    def has_own_pixels(self) -> bool:
+        """Whether each photosite has one pixel of the scene, as large as itself."""
+        return abs(self.scale - 1.0) < 1e-6 and self.whole_pixels([1]) == 1
+
+    @property
     def reads_pixels(self) -> bool:
         """Whether each photosite has one pixel of the scene, which is its light at its middle: no area counts."""
-        is_whole = abs(self.scale - 1.0) < 1e-6 and self.whole_pixels([1]) == 1
-        return is_whole and not self.is_bilinear and self.open_side == 1.0 and self.low_pass_px == 0.0
+        return self.has_own_pixels and not self.is_bilinear and self.open_side == 1.0 and self.low_pass_px == 0.0
 
     def copies_pixels(self, over: int) -> bool:
         """Whether samples, `over` per photosite and axis, are pixels of the scene, one after the other."""

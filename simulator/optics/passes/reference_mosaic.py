@@ -3,7 +3,7 @@
 import math
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -232,6 +232,8 @@ class Grid:
 
     A scene finer than the photosites has samples that divide its pixels, up to `Accuracy.ray_samples` per photosite and axis;
     where none do, it has the most. So has a scene of fewer pixels than photosites: a sample is the mean of its bilinear light.
+    Where each photosite has a pixel of its own, that is the only sample; where pixels lie between photosites, which is so where
+    they move, samples are parts of even squares.
     """
 
     optics: OpticsPlan
@@ -243,8 +245,9 @@ class Grid:
         defocus, projection = _defocus_of(self.optics), self.optics.projection
         self.margin_px = defocus.reach_px + math.ceil(0.5 * projection.low_pass_px) + self.aside_px
         most = self.optics.accuracy.ray_samples
-        divides = projection.whole_pixels(range(2, most + 1)) or most
-        self.over = divides if projection.is_fine else most if projection.is_bilinear else 1
+        divides = 1 if projection.has_own_pixels else projection.whole_pixels(range(2, most + 1)) or most
+        self.over = most if projection.is_bilinear else divides
+        self._projection = replace(projection, nearest=projection.nearest or not (projection.is_bilinear or self.over == 1))
         self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -263,7 +266,7 @@ class Grid:
     def _light(self, planes: Buffer, layout: InterleavedColumns, origin: tuple[int, int]) -> np.ndarray:
         count = self.optics.channels + self.optics.has_coverage
         sampled = self.device.empty(layout.shape(count), np.float32)
-        project_planes(self.device, self.optics.projection, planes, count, sampled, 0, layout, origin)
+        project_planes(self.device, self._projection, planes, count, sampled, 0, layout, origin)
         return layout.decode(self.device.download(sampled, layout.shape(count), np.float32))
 
     def _radius(self, radius: Buffer | float, layout: InterleavedColumns, origin: tuple[int, int]) -> np.ndarray:
