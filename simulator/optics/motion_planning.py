@@ -10,7 +10,7 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electrons_per_radiance, plan_blur
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, is_sampled_alike, joint_error
+from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.defocus.lamp_laws import rim_error, rim_share, spot_error
 from simulator.optics.defocus.predicted_error import squares_left
@@ -344,10 +344,9 @@ def with_joint_motion(
         defocus = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)
         contrast = contrast_of(planned, loaded, lens, sensor, defocus)
         planned = replace(planned, scene=loaded, contrast=contrast)
-    if not is_sampled_alike(planned.projection.scale):
-        per_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons
-        edges = scene_edges(loaded, planned.weights, per_share, defocus)
-        planned = replace(planned, contrast=replace(planned.contrast, edges=edges))
+    per_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons
+    edges = scene_edges(loaded, planned.weights, per_share, defocus)
+    planned = replace(planned, contrast=replace(planned.contrast, edges=edges))
     moving = [motion for motion in motions if motion is not None]
 
     def join(radii_px: tuple[float | np.ndarray, ...]) -> JointMotion:
