@@ -4,6 +4,7 @@ Tiles are aligned to the grid of the whole sensor and computed whole, with the l
 the bits of the frame.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -212,19 +213,24 @@ def _convolve_layer(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Light and coverage of a layer after its kernels, (rows, columns) float64; nearer slabs occlude farther ones.
 
-    Adjacent slabs are one surface and do not occlude each other: a slab is attenuated by all nearer slabs but the adjacent one.
+    Slabs that are near each other are one surface and do not occlude each other: a slab is attenuated by all nearer slabs but
+    those up to one step away (`FieldPsf.is_near`).
     """
     shape = tile.rows.stop - tile.rows.start, tile.columns.stop - tile.columns.start
-    arriving = _psf_of(optics).light
+    psf, surface = _psf_of(optics), deque[tuple[int, np.ndarray]]()  # near slabs, and what all up to each let through
     light, coverage, before, transmitted = np.zeros(shape), np.zeros(shape), np.ones(shape), np.ones(shape)
     for slab, is_continuous, share in _split_into_slabs(optics, layer):
         if not is_continuous:
+            surface.clear()
             before = transmitted
+        while surface and not psf.is_near(surface[0][0], slab):
+            before = surface.popleft()[1]
         own_light = _convolve_slab(optics, layer.light[channel], share, tile, spectra, (slab, channel))
         covered = share if layer.coverage is None else layer.coverage * share
-        own_coverage = convolve_tile(transform_light(covered, spectra), tile, spectra, slab, channel, False) / arriving
+        own_coverage = convolve_tile(transform_light(covered, spectra), tile, spectra, slab, channel, False) / psf.light
         light, coverage = light + before * own_light, coverage + before * own_coverage
-        before, transmitted = transmitted, np.maximum(transmitted - before * own_coverage, 0.0)
+        transmitted = np.maximum(transmitted - before * own_coverage, 0.0)
+        surface.append((slab, transmitted))
     return light, coverage
 
 
@@ -258,7 +264,7 @@ def _split_into_slabs(optics: OpticsPlan, layer: Surface) -> Iterator[tuple[int,
     for slab in range(int(place.min()), int(np.ceil(place.max())) + 1):
         share = np.maximum(0.0, 1.0 - np.abs(place - slab))
         if share.any():
-            yield slab, last == slab - 1 and psf.is_continuous(slab), share
+            yield slab, last is not None and psf.is_near(last, slab), share
             last = slab
 
 

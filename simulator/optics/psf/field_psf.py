@@ -194,9 +194,11 @@ class FieldPsf:
 
     def is_continuous(self, slab: int) -> bool:
         """Whether a slab and the one before it are adjacent in blur radius, so that they may be one surface."""
-        if slab == 0:
-            return False
-        before, here = self.radii_px[slab - 1 : slab + 1]
+        return slab > 0 and self.is_near(slab - 1, slab)
+
+    def is_near(self, nearer: int, slab: int) -> bool:
+        """Whether two slabs are at most one step apart in blur radius (`slab_radii_px`). nearer: of the lower number."""
+        before, here = self.radii_px[nearer], self.radii_px[slab]
         return here - before <= 1.01 * max(_step_px(before), _step_px(here))
 
     def has_ringing(self, slab: int, channel: int) -> bool:

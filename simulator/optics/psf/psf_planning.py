@@ -33,7 +33,7 @@ from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_errors import core_error
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
-from simulator.optics.psf.slab_kernels import plan_slabs
+from simulator.optics.psf.slab_kernels import finer_radii, plan_slabs
 from simulator.optics.psf.slab_tails import hidden_error
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, channel_wavelengths
@@ -45,6 +45,7 @@ from simulator.sensor.stages.stage import Moments
 FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they vary with the field
 MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
+SLABS_OF_RAYS = 4  # slabs in place of one with `tolerance: 0`, between whose kernels light is shared
 MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of a wavefront with aberrations include defocus
 SMOOTH_PX = 0.5  # blur radius from which light between photosites is smooth [photosites]
 DARK = 0.1  # share of a scene that is the dark side of its edges
@@ -268,7 +269,7 @@ def plan_psf(
     nodes = FIELD_NODES if _varies_over_field(lens_psf) else (1, 1)
     over = _choose_over(lens_psf, sampling, scale, camera.pixel_pitch_um) if by_distance else 1
     pupil, sensor_px = replace(lens.pupil, stops=()), (camera.width_px, camera.height_px)
-    return FieldPsf(
+    psf = FieldPsf(
         lens_psf,
         pupil,
         sampling,
@@ -280,6 +281,8 @@ def plan_psf(
         nodes,
         corrected_px=corrected_px,
     )
+    has_maps = defocus is not None and defocus.maps > 0
+    return psf if tolerance or not has_maps else replace(psf, radii_px=tuple(finer_radii(psf, SLABS_OF_RAYS)))
 
 
 def _is_ideal(lens_psf: WavefrontPsf | PsfTable | None) -> TypeGuard[WavefrontPsf]:
