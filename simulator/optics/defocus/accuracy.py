@@ -27,6 +27,7 @@ MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
 AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
+SQUARES_CROSSED = 0.28  # radius in samples at which circles bring 1 - 1/e of the most covariance into even squares
 ALIKE_PX = 0.8  # difference of signed radii up to which layers hide the same parts at each point of the aperture [photosites]
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
@@ -334,16 +335,21 @@ def relaxed_error(points: int, radius_px: float) -> float:
     return 0.35 * points**-0.75 * min(apart, 1.0) ** 2
 
 
-def small_circles_error(smaller_px: float, apart_px: float, samples_per_axis: int, scale: float) -> float:
+def small_circles_error(
+    smaller_px: float, apart_px: float, samples_per_axis: int, scale: float, *, has_squares: bool = False
+) -> float:
     """Error of two layers whose light is averaged over samples before it is multiplied, as a share of `SceneContrast.within`.
 
     What lies within a sample hides its other part, and layers with nearly the same circle hide the same parts at each point of
     the aperture. That is a covariance within samples, at most a quarter, whose signs differ from sample to sample. A circle
     that lies inside a photosite of one scene pixel is seen through one point, so that it has none. Of larger ones some apart^2
-    pairs of pixels meet over the aperture, whose mean falls as 1 / apart.
+    pairs of pixels meet over the aperture, whose mean falls as 1 / apart. Of samples that are even squares nothing is hidden
+    within them but what a circle brings there: the share of it that crosses their borders, found in squares of 1 and 3 pixels
+    before others, at 2 and 4 samples.
 
-    smaller_px: radius of the smaller circle. apart_px: difference of the signed radii. scale: scene pixels per photosite. It
-    bounds 99.9 % of the photosites of random squares and of random pixels, black and white and grey, on both layers: 2 to 8
+    smaller_px: radius of the smaller circle. apart_px: difference of the signed radii. scale: scene pixels per photosite.
+    has_squares: whether points of the aperture read samples that are even squares (`PhotositeArea.has_squares`). It bounds
+    99.9 % of the photosites of random squares and of random pixels, black and white and grey, on both layers: 2 to 8
     pixels per photosite and 2 or 4 samples in float64, 0.5 to 1 against rays.
     """
     if abs(scale - 1.0) < 1e-3:
@@ -354,7 +360,8 @@ def small_circles_error(smaller_px: float, apart_px: float, samples_per_axis: in
     size_px = max(smaller_px / wide, 1e-3)
     small = 0.065 * min(size_px / 0.25, (0.25 / size_px) ** 2)
     alike = 0.165 * min(0.18 / max(apart_px / wide, 1e-3), 1.0) * min(1.2 / size_px, 1.0)
-    return wide * (small + alike)
+    crossed = 1.0 - math.exp(-smaller_px * samples_per_axis / SQUARES_CROSSED) if has_squares else 1.0
+    return wide * (small + alike) * crossed
 
 
 def occlusion_error(points: int) -> float:

@@ -108,9 +108,9 @@ def aperture_samples(
     """Samples of low discrepancy, (count, 5) float32: x, y in the pupil; x, y in the photosite; phase from 0 to 1.
 
     They are Sobol' points in five dimensions; a pupil with blades takes the first two from `Pupil.points`. relaxed: the first
-    two are `relaxed_points`, of a round pupil: better alone, but not with the others. Positions in the photosite have the
-    variance of its samples_per_axis x samples_per_axis grid, less what lies outside its light-sensitive square of this side
-    [photosites]. count: a power of two.
+    two are `relaxed_points`, of a round pupil: better alone, but not with the others. Places in the photosite are the
+    middles of its samples_per_axis x samples_per_axis samples, or have their variance less what lies outside its
+    light-sensitive square of this side [photosites]. count: a power of two.
     """
     square = sobol_points(count)
     if relaxed:
@@ -119,7 +119,7 @@ def aperture_samples(
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.points(count).T
-    place = _place_width(samples_per_axis, open_side) * (square[:, 2:4] - 0.5)
+    place = _places(square[:, 2:4], samples_per_axis, open_side)
     return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
 
 
@@ -149,7 +149,7 @@ def moving_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side: f
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.map_unit_square(square[:, 0], square[:, 1])
-    place = _place_width(samples_per_axis, open_side) * (square[:, 4:6] - 0.5)
+    place = _places(square[:, 4:6], samples_per_axis, open_side)
     return np.stack([x, y, *place.T, square[:, 3], square[:, 2]], axis=-1).astype(np.float32)
 
 
@@ -233,6 +233,19 @@ def bilinear_shifts(motion: JointMotion, middles_px: np.ndarray, cells: Cells, s
     )
 
 
-def _place_width(samples_per_axis: int, open_side: float) -> float:
-    """Width over which points of a photosite spread [photosites]."""
-    return float(np.sqrt(max(open_side**2 - 1.0 / samples_per_axis**2, 0.0)))
+def _places(square: np.ndarray, samples_per_axis: int, open_side: float) -> np.ndarray:
+    """Places of points in a photosite, from its middle [photosites], as many in each of its samples.
+
+    Light that is read bilinearly at the middles of a photosite's samples is the exact mean of samples that are even squares,
+    however far aside a point looks. Beside an open area of another side there are no such places: points spread evenly, with
+    the variance that this area has more than a sample.
+
+    square: (points, 2), from 0 to 1, as many in each of samples_per_axis strips of the first.
+    """
+    if open_side != 1.0:
+        return math.sqrt(max(open_side**2 - 1.0 / samples_per_axis**2, 0.0)) * (square - 0.5)
+    strip = np.floor(samples_per_axis * square[:, 0])
+    each = len(square) // samples_per_axis  # points of a strip, in the order of the other number
+    along = np.empty_like(strip)
+    along[np.lexsort((square[:, 1], strip))] = np.tile(np.arange(each) * samples_per_axis // each, samples_per_axis)
+    return (np.column_stack([strip, along]) + 0.5) / samples_per_axis - 0.5

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.defocus.accuracy import hidden_error
-from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, STEEPEST_PX, Defocus
 from simulator.optics.defocus.scene_light import LAMP, MOST, seen_contrast
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Scene, is_depth_map
@@ -36,7 +36,8 @@ WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its backgro
 class DepthEdgeContrast:
     """Contrasts of the light where a depth edge lies within the largest radius, as shares of the brightest light.
 
-    beside: quantile 0.99 of its deviation from its mean around it. behind, hidden: as of `SceneContrast`.
+    beside: quantile 0.99 of its deviation from its mean around it, there or in all blocks that sample the aperture. behind,
+    hidden: as of `SceneContrast`.
     """
 
     beside: float = 0.0
@@ -58,8 +59,8 @@ def depth_edge_contrast(scene: Scene, to_share: np.ndarray, defocus: Defocus) ->
     if not picture.around.any():
         return DepthEdgeContrast()
     mean = window_mean(picture.light, picture.width)
-    deviation = seen_contrast(picture.light - mean, mean, defocus.accuracy)[picture.around]
-    beside = float(np.quantile(deviation, 0.99))
+    deviation = seen_contrast(picture.light - mean, mean, defocus.accuracy)
+    beside = max(float(np.quantile(deviation[places], 0.99)) for places in (picture.around, picture.sampled))
     if not defocus.guessed:
         return DepthEdgeContrast(beside)
     scale = defocus.scale / picture.every
@@ -118,13 +119,14 @@ class _EdgedPicture:
     """A picture with depth of which every so many pixels are taken.
 
     light: (rows, columns), of the channel with most, that of lamps left out. around: (rows, columns) bool, whether a depth edge
-    lies within the largest radius, width: of a square around its circle [px]. ends_px: least and greatest signed blur radius
-    at the edges there [photosites]. far_px: radius that all but a hundredth of the farther sides of edges have at least
-    [photosites]. past_small: `share_past_small` there.
+    lies within the largest radius, width: of a square around its circle [px]. sampled: whether it may lie in a block with such
+    a place. ends_px: least and greatest signed blur radius at the edges there [photosites]. far_px: radius that all but a
+    hundredth of the farther sides of edges have at least [photosites]. past_small: `share_past_small` there.
     """
 
     light: np.ndarray
     around: np.ndarray
+    sampled: np.ndarray
     width: int
     every: int
     far_px: float
@@ -149,4 +151,7 @@ def _edged_picture(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> _Edg
     past_small = np.zeros(0)
     if around.any():
         past_small = share_past_small(own, around, least_px, greatest_px, defocus.scale / every)
-    return _EdgedPicture(light, around, width, every, far_px, ends_px, past_small)
+    sampled = around
+    for axis, side in enumerate((BLOCK_ROWS, BLOCK_COLUMNS)):
+        sampled = window_maximum(sampled, 2 * math.ceil(side * defocus.scale / every) + 1, axes=(axis,))
+    return _EdgedPicture(light, around, sampled, width, every, far_px, ends_px, past_small)

@@ -3,8 +3,8 @@
 A sample does not tell where in it light is: what rays read between four samples lies up to two of them beside its place. At an
 edge in the dark that is light where there is little noise, so that the error is largest where the penumbra ends. Both are
 profiles across a straight edge. The light that is true is its step behind the blur circle and the photosite, a mean over a
-width of 1. What is found has in place of this mean that over the places of the aperture's points in the photosite, that over a
-sample, and that of a bilinear read, which is two means over a sample's width.
+width of 1. Samples are such means over a sample's width, of which the places of the aperture's points in the photosite make
+the same mean again. What is found has that of a bilinear read as well, which is two means over a sample's width.
 """
 
 import math
@@ -121,7 +121,7 @@ def _largest(radius_px: float, samples_per_axis: int, ramp_px: float) -> np.ndar
     penumbra = (across > 0.0).astype(np.float64) if radius_px * FINE < 1.0 else np.cumsum(chord) / chord.sum()
     before = _mean(penumbra, ramp_px)
     true, found, side = _mean(before, 1.0), before, 1.0 / samples_per_axis
-    for width in (math.sqrt(1.0 - side**2), side, side, side):
+    for width in (1.0, side, side):
         found = _mean(found, width)
     error, lit = np.abs(found - true), SIDES * np.clip(true, 0.0, 1.0)
     number = np.searchsorted(LITS, lit, side="right") - 1

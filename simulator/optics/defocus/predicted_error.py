@@ -161,7 +161,8 @@ def error_terms(
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
     points = int(sample_count(wide_or_not, defocus).min())
     if contrast.has_steps:
-        range_ = contrast.beside / WORST.beside  # of the light beside the steps
+        # Of the light beside the steps: a circle inside a sample brings little of another.
+        range_ = contrast.beside / WORST.beside * min(finest * own.largest_px, 1.0)
         fix = LAYERS if defocus.guessed else TIGHTER  # more points are not taken where what they see is assumed
         more = not defocus.guessed and points < MOST_OF_ALL
         add(
@@ -320,7 +321,9 @@ def small_circles(defocus: Defocus) -> float:
                     continue
                 smaller = min(abs(one), abs(other))
                 over = int(defocus.samples_per_axis(np.array([smaller]), np.array([max(abs(one), abs(other))]))[0])
-                found.append(small_circles_error(smaller, abs(one - other), max(over, 1), defocus.scale))
+                is_even = defocus.area.has_squares(over) and defocus.area.open_side == 1.0
+                error = small_circles_error(smaller, abs(one - other), max(over, 1), defocus.scale, has_squares=is_even)
+                found.append(error)
     return max(found)
 
 

@@ -8,9 +8,17 @@ from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import case_plan, executed_case, with_accuracy
 from helpers.lens_truths import stripes
 from helpers.textured_planes import one_picture, textured_planes
+from scipy.ndimage import map_coordinates
 
 from simulator.optics.defocus.accuracy import Accuracy
-from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, most_samples, sample_count
+from simulator.optics.defocus.aperture_samples import (
+    MOST_OF_ALL,
+    aperture_samples,
+    most_samples,
+    moving_samples,
+    sample_count,
+)
+from simulator.optics.pupil.pupil import Pupil
 from simulator.sensor.camera.camera import Window
 
 
@@ -90,3 +98,22 @@ def test_a_crop_takes_the_points_of_the_frame(name, request):
     whole = executed_case(dataclasses.replace(case, margin=0), planned)
     part = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, window=Window(21, 19, 40, 20)))
     assert np.array_equal(executed_case(dataclasses.replace(case, margin=0), part), whole[19:39, 21:61])
+
+
+@pytest.mark.parametrize("samples", [2, 4])
+@pytest.mark.parametrize("points_of", [aperture_samples, moving_samples])
+def test_points_see_the_mean_of_even_squares_over_a_photosite_that_looks_aside(points_of, samples):
+    """Bilinear reads of samples, each the light of a square, at 64 points and any place: the light of the area there."""
+    places = points_of(Pupil(), 64, samples)[:, 2:4].astype(np.float64)
+    light = np.random.default_rng(2).random((6 * samples, 6 * samples))
+    sums = np.pad(light.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+
+    def bilinear(values, y, x):
+        return map_coordinates(values, (y, x), order=1, mode="nearest")
+
+    for middle in ((3.0, 3.0), (2.93, 3.31), (3.62, 2.25)):
+        y, x = (samples * (middle[axis] + places[:, 1 - axis]) - 0.5 for axis in (0, 1))
+        below, right = (samples * (middle[axis] + np.array([-0.5, 0.5])) for axis in (0, 1))
+        corners = bilinear(sums, *np.meshgrid(below, right, indexing="ij"))
+        area = (corners[1, 1] - corners[0, 1] - corners[1, 0] + corners[0, 0]) / samples**2
+        assert bilinear(light, y, x).mean() == pytest.approx(area, abs=1e-7)

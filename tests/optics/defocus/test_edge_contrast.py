@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+from audit.drawn_shots import draw_shot
+from audit.shot_truth import run, z_scores
 from helpers.camera_builders import small_camera
 from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 from scipy.ndimage import distance_transform_edt
 
+from simulator import load_shot
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.edge_contrast import BESIDE, hidden_share, share_past_small
-from simulator.pipeline.planner import plan
+from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer
 
@@ -122,3 +125,16 @@ def test_dark_parts_of_a_layer_count_in_the_noise_of_what_is_behind():
     scene = band_scene(0.4 * cover, float(depth_of(-3.0)), coverage=cover, behind=(wall,))
     contrast = plan(Shot(scene, LENS, Exposure(1e-3), small_camera(64, 48))).optics.contrast
     assert 0.3 < contrast.curvature < 1.0
+
+
+def test_light_beside_a_step_in_the_same_block_states_what_points_leave(tmp_path, device):
+    """Seed 7701, shot 32: an edge of light that means have exactly where no block samples the aperture."""
+    path = draw_shot(7701, 32).write(tmp_path)
+    shot = load_shot(path)
+    planned = measure(plan(shot), device)
+    depth = np.load(tmp_path / "depth_0.npy")
+    np.save(tmp_path / "depth_0.npy", np.full_like(depth, depth[0, -1]))
+    found, means = (run(one, shot, device) for one in (planned, measure(plan(load_shot(path)), device)))
+    left = float(np.abs(z_scores(found, means, planned))[:35].max())  # above the step
+    points = [term.sigma for term in planned.error_budget.terms if "points of the aperture" in term.cause]
+    assert 0.3 < left < sum(points) < 1.0

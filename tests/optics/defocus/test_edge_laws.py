@@ -86,13 +86,16 @@ def moving_layers(folder, rng, f_number, depths_m, way_px, luminance="60 cd/m^2"
 
 @pytest.mark.parametrize("way_px", [0.1, 2.0])
 def test_layers_that_move_nearly_in_focus_state_what_samples_leave_of_edges(tmp_path, device, way_px):
-    """At f/8 and 2 km, where circles are a hundredth of a photosite: a fifth of a sigma was stated, and five found."""
+    """At f/8 and 2 km, where circles are a hundredth of a photosite: a fifth of a sigma was stated, and five found.
+
+    Points in the middles of samples leave half of what points all over the photosite did, less than edges may have.
+    """
     shot = moving_layers(tmp_path, np.random.default_rng(1), 8, (2000, 2400), way_px)
     planned = plan(shot)
     assert planned.optics.motion.method == "joint"
     truth = sum_rays(shot, planned, points=256)
     found = np.quantile(np.abs(z_scores(run(planned, shot, device), truth.electrons, planned)), 0.999)
-    assert 0.1 * planned.error_budget.predicted_sigma < found < planned.error_budget.predicted_sigma
+    assert 0.05 * planned.error_budget.predicted_sigma < found < planned.error_budget.predicted_sigma
     assert planned.error_budget.warnings()
 
 
