@@ -154,9 +154,6 @@ def _plan_sensor_optics(
         raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
-    is_direct = gathers_squares(scene, projection, lens, camera, tolerance, is_at_rest=is_at_rest)
-    if is_direct:
-        projection = replace(projection, open_side=math.sqrt(camera.fill_factor))
     glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
     planned = OpticsPlan(
         scene=scene,
@@ -166,17 +163,17 @@ def _plan_sensor_optics(
         window=window,
         sensor_px=(camera.width_px, camera.height_px),
         accuracy=Accuracy(tolerance),
-        is_direct=is_direct,
         veiling_glare=glare,
         illumination_error=illumination_error(lens, camera.pixel_pitch_um, camera.width_px, camera.height_px),
         tolerance=whole,
     )
     floor = noise_floor(sensor)
-    if lens.forms_image and floor is not None:
-        accuracy = plan_accuracy(planned, loaded, lens, sensor, floor, tolerance)
-        planned = replace(planned, accuracy=accuracy)
+    planned = _with_blur(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=is_at_rest)
     if lens.forms_image:
-        planned = with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=is_at_rest)
+        if is_at_rest and tolerance and _mixes_pixels(planned):
+            cut = replace(planned, projection=replace(planned.projection, cuts_pixels=True))
+            cut = _with_blur(cut, loaded, lens, sensor, is_at_rest=True)
+            planned = cut if cut.is_direct else planned
         if is_at_rest and floor is not None and planned.defocus is not None:
             from simulator.optics.lamp_planning import with_drawn_lamps  # not needed for a sharp frame
 
@@ -189,11 +186,36 @@ def _plan_sensor_optics(
     from simulator.optics.kernel_planning import with_psf, with_wings  # not needed for an even scene
 
     planned = with_wings(with_psf(planned, lens, sensor, floor, is_at_rest), scene)
-    if is_at_rest and planned.reads_between_pixels:
+    if is_at_rest and planned.reads_between_pixels and not planned.is_direct:
         from simulator.optics.path_planning import with_path_weights  # photosites of most scenes have pixels of their own
 
         planned = with_path_weights(planned, electrons_per_radiance(lens, sensor))
     return planned
+
+
+def _mixes_pixels(planned: OpticsPlan) -> bool:
+    """Whether blurred photosites lie between pixels as wide as themselves, in a scene that no weights of one path tell.
+
+    Of distortion, whose photosites are no squares of pixels, it would take a hundred times as long to gather them.
+    """
+    defocus = planned.defocus
+    is_known = defocus is None or (len(defocus.radii_px) == 1 and not defocus.maps)
+    return planned.reads_between_pixels and planned.projection.warp is None and not is_known
+
+
+def _with_blur(
+    planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, *, is_sharp: bool = False, is_at_rest: bool
+) -> OpticsPlan:
+    """Return the plan with the accuracy and the blur of a scene, and with the area over which photosites gather its squares."""
+    camera, tolerance, floor = sensor.camera, planned.accuracy.tolerance, noise_floor(sensor)
+    if gathers_squares(planned.scene, planned.projection, lens, camera, tolerance, is_at_rest=is_at_rest):
+        projection = replace(planned.projection, open_side=math.sqrt(camera.fill_factor))
+        planned = replace(planned, projection=projection, is_direct=True)
+    if not lens.forms_image:
+        return planned
+    if floor is not None:
+        planned = replace(planned, accuracy=plan_accuracy(planned, loaded, lens, sensor, floor, tolerance))
+    return with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=is_at_rest)
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:

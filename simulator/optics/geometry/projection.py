@@ -48,6 +48,7 @@ class Projection:
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
     tilted_parts: upright parts per axis of a photosite whose sides `warp` or `pose` may tilt.
+    cuts_pixels: whether pixels as wide as photosites, which lie between them, are even squares as those of a finer scene are.
     is_bilinear: whether the scene has fewer pixels than photosites, and light between their centres.
     footprint: squares over which `project`, and `project_planes` with a sample per photosite, average bilinear light; nothing
         displaces it then. None: the photosite, or its sample.
@@ -69,6 +70,7 @@ class Projection:
     low_pass_px: float = 0.0
     footprint: Footprint | None = None
     tilted_parts: int = TILTED_PARTS
+    cuts_pixels: bool = False
 
     @property
     def fits_footprint(self) -> bool:
@@ -99,7 +101,7 @@ class Projection:
 
     def on_samples(self, over: int) -> Self:
         """Return the resampling of a picture whose pixels are `over` x `over` samples of each photosite."""
-        upright = replace(self, warp=None, pose=None, nearest=False, is_bilinear=False, stretch=1.0)
+        upright = replace(self, warp=None, pose=None, nearest=False, is_bilinear=False, cuts_pixels=False, stretch=1.0)
         return replace(upright, scale=float(over), offset_x=0.0, offset_y=0.0, samples=over)
 
     @property
@@ -112,8 +114,8 @@ class Projection:
 
     @property
     def is_fine(self) -> bool:
-        """Whether the scene has more than one pixel per photosite and axis."""
-        return self.scale > 1.0 + 1e-6
+        """Whether pixels are even squares that photosites cut: more than one per photosite and axis, or `cuts_pixels`."""
+        return self.scale > 1.0 + 1e-6 or self.cuts_pixels
 
     @property
     def has_squares(self) -> bool:
