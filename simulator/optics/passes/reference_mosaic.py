@@ -17,7 +17,7 @@ from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.pupil.pupil import Pupil
-from simulator.optics.ray_reference.convergence import REPLICATIONS, RaySet, follow_until_converged
+from simulator.optics.ray_reference.convergence import FEWEST_RAYS, REPLICATIONS, RaySet, follow_until_converged
 from simulator.optics.ray_reference.deep_rays import DeepPicture
 from simulator.optics.ray_reference.height_field_rays import HeightField
 from simulator.optics.ray_reference.layered_rays import LayeredRays, move_rays, ray_samples, upload_surfaces
@@ -41,6 +41,7 @@ LEAST_CELL, RAY_CELL_PX = (
     (8, 1),
     0.004,
 )  # columns and rows of the smallest cells of moving images, and their largest error [photosites]
+CROSSING = 4.0  # rays of a replication that cross a border, at least
 RAYS_PER_LIGHT_RAY = 4  # rays of a photosite for each from one of its small lights
 PATTERNS, FEWEST_PATTERNS, PATTERN_RAYS = 32, 4, 131072  # patterns of a set of rays: fewer of many rays
 
@@ -56,22 +57,38 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
     until the estimated standard error of a photosite is `Accuracy.ray_error` of its noise; small bright lights send their own.
     Warns of photosites that do not get there. Raises PhotositeError for layers too steep to be met once.
     """
-    light = converged_mosaic(optics.window, optics.accuracy, _rays_of(optics, device, planes), progress)
+    light = converged_mosaic(optics.window, optics.accuracy, _rays_of(optics, device, planes), progress, _fewest_rays(optics))
     return device.upload(light)
 
 
+def _fewest_rays(optics: OpticsPlan) -> int:
+    """Rays of a replication of which CROSSING meet the pixel beyond a border of their own, where that may be seen.
+
+    A circle of the radius r brings 2 r / 3 pi over each border of a square. Where none of all rays does, all agree.
+    """
+    radii_px = [abs(px) for px in _defocus_of(optics).radii_px if not isinstance(px, np.ndarray)]
+    crossed = 2.0 / (3.0 * math.pi) * min((px for px in radii_px if px > 0.0), default=1.0)
+    if optics.accuracy.in_sigma(crossed * optics.accuracy.detail) < optics.accuracy.ray_error:
+        return FEWEST_RAYS
+    return max(FEWEST_RAYS, 1 << math.ceil(math.log2(CROSSING / crossed)))
+
+
 def converged_mosaic(
-    frame: Window, accuracy: Accuracy, rays_of: Callable[[Window], Sample], progress: Callable[[float], None]
+    frame: Window,
+    accuracy: Accuracy,
+    rays_of: Callable[[Window], Sample],
+    progress: Callable[[float], None],
+    fewest: int = FEWEST_RAYS,
 ) -> np.ndarray:
     """Light of a frame (height, width) float32 by as many rays as it needs, band by band; warns of photosites that need more.
 
-    rays_of: function that gives, for a band of rows, the function that samples its light.
+    rays_of: function that gives, for a band of rows, the function that samples its light. fewest: of a replication.
     """
     light = np.empty((frame.height, frame.width), np.float32)
     left, worst = 0, 0.0
     for window in _bands(frame):
         found = follow_until_converged(
-            rays_of(window), window.height * window.width, accuracy.allowed_ray_error, most=accuracy.rays
+            rays_of(window), window.height * window.width, accuracy.allowed_ray_error, fewest, accuracy.rays
         )
         first = window.y - frame.y
         light[first : first + window.height] = found.light.reshape(window.height, window.width)

@@ -45,7 +45,10 @@ from simulator.sensor.stages.stage import Moments
 FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they vary with the field
 MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
-SLABS_OF_RAYS = 4  # slabs in place of one with `tolerance: 0`, between whose kernels light is shared
+MOST_FINER = (
+    4  # slabs in place of one between whose kernels transforms share light, which falls as the square of their distance
+)
+SHARED = 0.015  # share of the light that slabs as far apart as they may be share wrongly, near the focus behind aberrations
 MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of a wavefront with aberrations include defocus
 SMOOTH_PX = 0.5  # blur radius from which light between photosites is smooth [photosites]
 DARK = 0.1  # share of a scene that is the dark side of its edges
@@ -146,6 +149,8 @@ def plan_visible_psf(
         left, finer = (accuracy.in_sigma(kernel_bend_error(one, scale, camera.channels) * bend()) for one in (gathered, psf))
         gathered = psf if finer <= whole < left else gathered
     core = gathered.core
+    if core is None and psf.by_distance and defocus is not None and defocus.maps:
+        return _with_finer_slabs(gathered, accuracy), None, lamps
     if core is not None and core.error and gathered.seen is not None:
         dark_e = accuracy.electrons_per_radiance * dark_light(scene, weights)
         seen = replace(gathered.seen, electrons=own.electrons, dark_e=min(dark_e, own.electrons), read_noise_e=own.read_noise_e)
@@ -155,6 +160,13 @@ def plan_visible_psf(
             error = core_error(gathered, core, camera.channels, seen) * accuracy.sigma / own.sigma
         gathered = gathered.with_core(replace(core, error=error), gathered.seen)
     return gathered, None, lamps
+
+
+def _with_finer_slabs(psf: FieldPsf, accuracy: Accuracy) -> FieldPsf:
+    """Return a PSF with slabs in between where its transforms would share more than half of what is allowed wrongly."""
+    allowed = 0.5 * accuracy.tolerance or accuracy.ray_error
+    finer = math.ceil(math.sqrt(accuracy.in_sigma(SHARED) / allowed))
+    return replace(psf, radii_px=tuple(finer_radii(psf, min(max(finer, 1), MOST_FINER))))
 
 
 def _at_own_distances(
@@ -269,7 +281,7 @@ def plan_psf(
     nodes = FIELD_NODES if _varies_over_field(lens_psf) else (1, 1)
     over = _choose_over(lens_psf, sampling, scale, camera.pixel_pitch_um) if by_distance else 1
     pupil, sensor_px = replace(lens.pupil, stops=()), (camera.width_px, camera.height_px)
-    psf = FieldPsf(
+    return FieldPsf(
         lens_psf,
         pupil,
         sampling,
@@ -281,8 +293,6 @@ def plan_psf(
         nodes,
         corrected_px=corrected_px,
     )
-    has_maps = defocus is not None and defocus.maps > 0
-    return psf if tolerance or not has_maps else replace(psf, radii_px=tuple(finer_radii(psf, SLABS_OF_RAYS)))
 
 
 def _is_ideal(lens_psf: WavefrontPsf | PsfTable | None) -> TypeGuard[WavefrontPsf]:

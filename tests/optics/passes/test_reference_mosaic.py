@@ -1,5 +1,6 @@
 """The reference blur of layers whose pixels no grid of samples divides, and of scenes of fewer pixels than photosites."""
 
+import math
 import warnings
 from dataclasses import replace
 
@@ -61,6 +62,18 @@ def test_blurred_photosites_of_a_coarse_scene_are_means_over_their_area(toleranc
     light = simulate(shot).mean_electrons.astype(float)
     even = simulate(replace(shot, scene=band_scene(np.ones((14, 21)), depth_m))).mean_electrons.astype(float)
     assert np.abs(light / even - truth).max() < most
+
+
+def test_few_rays_cross_the_border_of_a_tiny_circle_but_some_do():
+    """R = 0.0005 beside a step, two pixels per photosite: 2 R / 3 pi of it; some photosites had nothing of it."""
+    picture, camera = np.repeat([[0.2] * 16 + [1.0] * 16], 16, axis=0), small_camera(16, 8)
+    lens = ThinLens(50.0, 2.0, focus_distance_m=2.0, cos4=False)
+    per_dioptre = abs(float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))) / camera.pixel_pitch_um
+    scenes = (band_scene(light, 1.0 / (0.5 - 0.0005 / per_dioptre)) for light in (picture, np.ones((16, 32))))
+    light, even = (simulate(Shot(one, lens, Exposure(0.3), camera, tolerance=0.0)).mean_electrons for one in scenes)
+    step = (light / even).astype(float)[:, 7:9]
+    share = 2.0 * 0.0005 / (3.0 * math.pi)
+    assert step == pytest.approx(np.array([[0.2 + 0.8 * share, 1.0 - 0.8 * share]] * 8), abs=0.2 * share)
 
 
 def test_lights_before_black_are_small_lights_in_the_colours_that_they_have():
