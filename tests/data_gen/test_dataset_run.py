@@ -141,6 +141,7 @@ def test_the_estimate_of_photographs_counts_their_decoding(tmp_path, capsys):
     assert "500 MB are kept" in shown and "photographs of" in shown and not (tmp_path / "other").exists()
 
 
+@pytest.mark.slow
 def test_the_cache_and_its_size_change_no_byte(tmp_path):
     config, found = small_config(photographs(tmp_path, False), PHOTOS, "crops_per_picture=2"), []
     for number, cache in enumerate((DecodedPictures(0), DecodedPictures(20_000, tmp_path / "cache"), DecodedPictures())):

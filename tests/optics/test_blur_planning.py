@@ -80,6 +80,7 @@ def test_aberrations_show_a_defocus_that_an_ideal_lens_would_not():
     assert (np.abs(found - true) / np.sqrt(true)).max() < 0.1
 
 
+@pytest.mark.slow
 def test_several_distances_behind_kernels_of_one_state_what_those_leave():
     """A slope of radii, against the kernels of an end."""
     shot = aberrated_shot(0.03 + 0.02 * np.linspace(-1.0, 1.0, COLUMNS) * np.ones((ROWS, 1)))
@@ -137,6 +138,7 @@ def test_samples_behind_kernels_are_not_crossed_by_the_pixels_of_a_fine_scene(sc
     assert Accuracy(1e-3).samples_per_axis(circle_px, circle_px, scale).tolist() == [samples]
 
 
+@pytest.mark.slow
 def test_dark_photosites_beside_edges_of_a_fine_scene_behind_a_kernel_keep_the_tolerance(tmp_path):
     """The audit found 0.39 sigma behind a PSF file, where 2 x 2 samples told of 0.30 (seed 8128, shot 124)."""
     shot = load_shot(draw_shot(8128, 124).write(tmp_path))

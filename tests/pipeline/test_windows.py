@@ -32,6 +32,7 @@ SHOTS = {
     "diffraction, by transforms": FINE | {"lens.f_number": "f/22", "lens.diffraction": True},
     "diffraction of a sharp scene": {"scene.depth": "2.5 m", "lens.diffraction": True},
 }
+SLOW = "diffraction, by transforms", "rims", "blurred depth, wide"
 
 MARGIN_ITEMS = 2**13  # work-items of pixels of the scene around a window
 
@@ -94,9 +95,7 @@ def spoil_memory(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(Device, "empty", spoilt)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if "transforms" in name else []) for name in SHOTS]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in SHOTS])
 def test_a_window_reads_nothing_that_was_not_computed_for_it(picture, name, monkeypatch):
     whole = simulate(shot(picture, SHOTS[name], FRAME))
     spoil_memory(monkeypatch)

@@ -47,6 +47,7 @@ def pictures() -> list[np.ndarray]:
     return [dead_leaves(WIDTH, HEIGHT, SMALLEST, LARGEST, seed) for seed in range(SEEDS)]
 
 
+@pytest.mark.slow
 def test_the_power_spectrum_is_that_of_the_closed_form(pictures):
     """t-test of each band over the seeds."""
     found = np.array([by_band(np.abs(np.fft.fft2(one - 0.5)) ** 2 / one.size) for one in pictures])

@@ -81,6 +81,7 @@ def test_float64_and_the_reference_path_agree(tmp_path, device, kind):
     assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own) < 1.1  # light of other places differs by several
 
 
+@pytest.mark.slow
 def test_light_between_few_pixels_is_that_of_many_small_squares(tmp_path):
     """One pixel to two photosites, through a low-pass filter, whose light is read at 12 places to a pixel."""
     camera = {"base": "ideal", "width": 24, "height": 20, "pixel_pitch": "6 um", "low_pass": "3 um"}

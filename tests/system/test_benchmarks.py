@@ -174,7 +174,7 @@ def test_the_time_at_equal_error_follows_the_power_law():
     assert record.verdicts[1]["figure"] == "200 x faster"
 
 
-@pytest.mark.parametrize("radius_px", [(0.0, 0.0), BLUR_PX])
+@pytest.mark.parametrize("radius_px", [(0.0, 0.0), pytest.param(BLUR_PX, marks=pytest.mark.slow)])
 def test_photosite_and_accumulated_frames_see_one_moving_scene(device, radius_px):
     """The planned method keeps its tolerance; more frames of a peer come closer to the same truth; both readers see alike."""
     width, height = 128, 96

@@ -149,6 +149,7 @@ def test_a_light_of_a_million_electrons_disturbs_nothing_beyond_its_spot(folder,
     assert np.all(np.abs(lit - dark)[away] < 0.01 * np.sqrt(dark[away] + 4.0))
 
 
+@pytest.mark.slow
 def test_a_near_thing_blurred_over_the_whole_window_has_the_bits_of_a_larger_one(folder, monkeypatch):
     """300 photosites of radius: what reaches a tile comes from far outside the window."""
     monkeypatch.chdir(folder)

@@ -77,6 +77,7 @@ def resident_bytes() -> int:
     return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * resource.getpagesize()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="the system does not tell a process's memory there")
 def test_memory_does_not_grow_over_200_calls():
     """An array of one frame that stayed after each call would take 200 x 96 KiB; the allowance is a tenth of that.

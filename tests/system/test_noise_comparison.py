@@ -47,6 +47,7 @@ def test_noise_of_data_sets_is_the_published_one_at_every_iso(device):
     assert classified(device, 4000)["Photosite"].p_value > SIGNIFICANCE
 
 
+@pytest.mark.slow
 def test_the_model_itself_passes_with_errors_as_large_as_said():
     many = [statistics(dark(seed)) for seed in range(20)]
     accept({(seed, name): p for seed, found in enumerate(many) for name, p in found.items()})

@@ -126,6 +126,7 @@ def run_sharp(light: np.ndarray, device) -> np.ndarray:
     return run(measure(plan(shot), device), shot, device)
 
 
+@pytest.mark.slow
 def test_small_circles_of_a_fine_layer_behind_others_are_stated(device):
     """Squares of a tilted wall behind a layer in focus: they are not gathered one by one, as those of a single surface are."""
     rng = np.random.default_rng(5)

@@ -238,7 +238,7 @@ def test_radii_are_signed_and_end_at_infinity():
     assert np.allclose(planned.radii_px[0], expected, rtol=1e-5) and np.all(np.diff(planned.radii_px[0]) > 0)
 
 
-@pytest.mark.parametrize("samples_per_axis", [1, 4])
+@pytest.mark.parametrize("samples_per_axis", [1, pytest.param(4, marks=pytest.mark.slow)])
 def test_closed_forms_are_met(samples_per_axis):
     """A tenth of the noise of 2000 e- where the scene has as much detail as its surfaces' grid can hold (`lens_truths`).
 

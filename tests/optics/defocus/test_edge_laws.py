@@ -99,6 +99,7 @@ def test_layers_that_move_nearly_in_focus_state_what_samples_leave_of_edges(tmp_
     assert planned.error_budget.warnings()
 
 
+@pytest.mark.slow
 def test_a_layer_that_shakes_in_focus_states_what_samples_leave_of_its_edge(tmp_path):
     """Rims, rolling shutter, 8 pixels per photosite: the audit found 15.5 sigma, 0.92 were stated (seed 51, shot 43)."""
     budget = plan(load_shot(draw_shot(51, 43).write(tmp_path))).error_budget

@@ -102,7 +102,7 @@ def test_motion_before_the_blur_is_another_picture():
     ("slope", "way", "start_s", "middle_px"),
     [
         ((0.05, 0.0), (-1.7, 0.0), 0.0, 3.0),
-        ((0.09, -0.04), (1.0, 0.3), 3.0, 0.0),  # slope times shift 0.5
+        pytest.param((0.09, -0.04), (1.0, 0.3), 3.0, 0.0, marks=pytest.mark.slow),  # slope times shift 0.5
         pytest.param((0.02, 0.0), (8.0, 0.5), 0.5, -2.0, marks=pytest.mark.slow),
     ],
 )
@@ -124,7 +124,7 @@ def random_surface(number: int) -> tuple[Case, np.ndarray, float, float]:
     return surface_case(light, plane(middle_px, slope * toward[0])), way * toward[1], middle_px, start_s
 
 
-@pytest.mark.parametrize("number", [0, 40, *(pytest.param(n, marks=pytest.mark.slow) for n in range(1, 36))])
+@pytest.mark.parametrize("number", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in (*range(1, 36), 40))])
 def test_the_predicted_error_of_tilted_surfaces_is_not_below_what_is_found(number):
     case, way, pivot_px, start_s = random_surface(number)
     found = surface_error(case, way, pivot_px, start_s, 1 << 11, steps=1).p99_9
@@ -293,6 +293,7 @@ def test_what_turns_is_seen_where_each_photosite_looks(radii_px, camera, layer, 
     assert found.p99_9 < 0.15 and abs(found.mean) < 0.01
 
 
+@pytest.mark.slow
 def test_rays_see_what_turns_where_each_photosite_looks():
     case = bars_before_a_wall(-4.0, 3.0)
     planned = moving_plan(case, None, (SPIN, None), rolling(96, 0.5, 1.0), start_s=50.0, tolerance=0.0)
@@ -426,7 +427,7 @@ def test_layers_that_move_apart_are_planned_as_joint_samples():
     assert plan(turned).optics.motion.method == "swept_first"
 
 
-@pytest.mark.parametrize("spin_deg_per_s", [pytest.param(90.0, marks=pytest.mark.slow), 250.0])
+@pytest.mark.parametrize("spin_deg_per_s", [pytest.param(spin, marks=pytest.mark.slow) for spin in (90.0, 250.0)])
 def test_turns_since_the_clock_was_zero_keep_the_tolerance(spin_deg_per_s):
     shot = case_shot(bars_before_a_wall(-4.0, 3.0))
     by_rows = dataclasses.replace(shot.exposure, start_s=1.0, shutter=RollingShutter(0.5))

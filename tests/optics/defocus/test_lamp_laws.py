@@ -210,6 +210,7 @@ def test_light_of_lamps_in_samples_that_mix_their_pixels_is_bounded(scale, sampl
     assert (0.8 if radius_px == 0.0 else 0.15) * law < found <= law
 
 
+@pytest.mark.slow
 def test_lamps_that_turn_among_layers_near_the_focus_count_in_the_dark_beside_them(device, tmp_path):
     """Four lamps, 2.7 pixels per photosite: 7,500 sigma were found where 795 were told. The shot leaves such a blur out."""
     shot = load_shot(draw_shot(98, 88).write(tmp_path))

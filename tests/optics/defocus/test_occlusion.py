@@ -95,6 +95,7 @@ def test_light_does_not_depend_on_the_photosites_of_a_work_item(bench):
     np.testing.assert_array_equal(*lights)
 
 
+@pytest.mark.slow
 def test_a_broken_floor_follows_the_reference_path(bench):
     """Two tilted surfaces, one before the other, as layers: the reference's rays meet the same surfaces."""
     rng = np.random.default_rng(6)

@@ -180,7 +180,7 @@ def test_random_pixels_between_photosites_keep_what_is_told(radius_px):
     assert left <= told + 0.01 and told <= 0.1
 
 
-@pytest.mark.parametrize("radius_px", [0.27, 1.0])
+@pytest.mark.parametrize("radius_px", [0.27, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_rays_see_light_between_pixels_as_weights_do(radius_px, device):
     """At rest and in motion, in dim light: circles inside a photosite did not blur for rays, which left 4 sigma."""
     light, way_px = 0.02 * np.random.default_rng(7).random((SIDE + 1, SIDE)), (0.3, 0.2)

@@ -127,6 +127,7 @@ def test_a_tilted_plane_is_met(slope):
     assert statistics(z_scores(blurred_case(case), case.truth, 2000.0)).p99_9 < 0.1
 
 
+@pytest.mark.slow
 def test_a_curved_surface_follows_its_rays(bench):
     """The slope changes from tile to tile and inside them; 8192 rays per photosite."""
     rows, columns, margin, samples_per_axis = 64, 144, 12, 2

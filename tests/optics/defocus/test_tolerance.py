@@ -65,7 +65,7 @@ def test_a_tenth_of_the_noise_is_kept_in_bright_light():
     assert len(missed) > 10 and max(missed.values()) <= 0.1, missed
 
 
-@pytest.mark.parametrize("tolerance", [0.3, 1.0])
+@pytest.mark.parametrize("tolerance", [pytest.param(0.3, marks=pytest.mark.slow), 1.0])
 def test_a_loose_tolerance_is_kept_too(tolerance):
     """Every second scene at either tolerance."""
     scenes = [case for case in cases(2, squares=True) if not case.name.startswith(LIGHTS)][int(tolerance == 1.0) :: 2]
@@ -127,7 +127,9 @@ def with_random_squares(case: Case, side: int) -> Case:
     return dataclasses.replace(case, colour=np.stack([squares(), squares()]) * coverage, coverage=coverage)
 
 
-@pytest.mark.parametrize(("samples_per_axis", "side"), [(1, 0), (1, 2), (2, 0), (2, 4), (4, 16)])
+@pytest.mark.parametrize(
+    ("samples_per_axis", "side"), [(1, 0), (1, 2), (2, 0), (2, 4), pytest.param(4, 16, marks=pytest.mark.slow)]
+)
 def test_the_law_of_the_points_bounds_what_is_found(samples_per_axis, side):
     """The covariance of edge and stripes, or of squares, over the aperture, against the most points a plan may ask for."""
     case = stripes(4.0, 9.0, 10.0, samples_per_axis)
@@ -266,6 +268,7 @@ def test_a_shot_file_sets_it(tmp_path):
             load_shot(path)
 
 
+@pytest.mark.slow
 def test_without_tolerance_rays_are_followed(bench):
     """Layers, a frame of three bands: what `sample_lens` gives for these surfaces, and the closed form."""
     case = taller(stripes(-5.1, 6.0, 12.0, 2), 60)

@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pytest
 from audit.drawn_shots import draw_shot
 from helpers.camera_builders import small_camera
 from helpers.lens_error import statistics, z_scores
@@ -22,6 +23,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera_sections import Window
 
 
+@pytest.mark.slow
 def test_wide_blur_shows_no_copies_of_edges():
     """A textured disk before a wall, radii 60 and 100: few points of the aperture would each copy the disk and its texture."""
     case = textured_planes((60.0, 60.0, 100.0), (320, 360), finest_px=6.0, margin=110)

@@ -101,7 +101,9 @@ def at_photosites(plane: np.ndarray, psf: FieldPsf) -> np.ndarray:
     return fftconvolve(wide, fine[::-1, ::-1] / fine.sum(), mode="valid")[::CELLS, ::CELLS]
 
 
-@pytest.mark.parametrize(("near_px", "far_px"), [(0.0, 0.9), (-0.9, 0.0), (-1.3, 0.8)])
+@pytest.mark.parametrize(
+    ("near_px", "far_px"), [(0.0, 0.9), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((-0.9, 0.0), (-1.3, 0.8)))]
+)
 def test_layers_that_hide_each_other_are_seen_together(device, near_px, far_px):
     """Kernels alone are off by 0.3 to 2 standard deviations."""
     shot = layered_shot(near_px, far_px)
@@ -126,6 +128,7 @@ def test_layers_that_hide_each_other_are_seen_together(device, near_px, far_px):
     assert "rays for layers that hide each other" in told.method
 
 
+@pytest.mark.slow
 def test_layers_that_are_nearly_in_focus_are_seen_as_what_they_show_together(device):
     """Light from afar, too: kernels whose middle alone saw them together were off by 1 standard deviation beside wide edges."""
     shot = layered_shot(0.0, 1e-3)

@@ -186,6 +186,7 @@ def two_layers(tolerance: float) -> Shot:
     return Shot(scene, through, Exposure(0.2 * EXPOSURE.time_s), green_camera(side, side), tolerance=tolerance)
 
 
+@pytest.mark.slow
 def test_covariance_that_no_kernel_spreads_is_stated(device):
     """Points add it over the aperture and a photosite alone, as rays of tolerance 0 show: 0.57 sigma where 0.3 were stated."""
     shot = two_layers(0.3)
@@ -223,6 +224,7 @@ def electrons_of(planned: Plan, tiles: TilePlan | None, device: Device) -> np.nd
     return optics.accuracy.electrons_per_radiance * device.download(light, shape, np.float32)
 
 
+@pytest.mark.slow
 def test_kernels_wider_than_their_tail_hold_all_light(device, tmp_path):
     """A wall out of focus by 11 photosites behind one in focus: its kernels end beyond the tail of the latter."""
     shot = load_shot(draw_shot(6401, 124).write(tmp_path))
@@ -248,6 +250,7 @@ def test_a_tail_wider_than_the_kernels_beside_it_finds_its_cells(device, tmp_pat
     assert np.quantile(np.abs(found - truth) / noise_e, 0.99) < 0.2
 
 
+@pytest.mark.slow
 def test_the_dark_of_a_near_layer_does_not_see_the_tail_of_the_light_it_hides(device, tmp_path):
     """Both near the focus, 70 e- before 19,000: the core took away less than the tail had too much, by 2.5 sigma."""
     shot = load_shot(draw_shot(6601, 77).write(tmp_path))
@@ -259,7 +262,11 @@ def test_the_dark_of_a_near_layer_does_not_see_the_tail_of_the_light_it_hides(de
     assert np.quantile(np.abs(found - truth) / noise_e, 0.999) < 0.1
 
 
-@pytest.mark.parametrize("aberrations", [SPHERICAL, Aberrations(spherical_um=0.4, coma_um=0.4)], ids=["spherical", "coma"])
+@pytest.mark.parametrize(
+    "aberrations",
+    [SPHERICAL, pytest.param(Aberrations(spherical_um=0.4, coma_um=0.4), marks=pytest.mark.slow)],
+    ids=["spherical", "coma"],
+)
 def test_nothing_is_darker_beside_lamps(aberrations):
     """Kernels between photosites as wide as their spots ring: the dark beside lamps had a tenth of its light."""
     through, wide = thin_lens(8.0, aberrations), 8.0 / PITCH_UM

@@ -95,7 +95,7 @@ def test_what_kernels_lack_that_spread_each_layer_by_itself_is_stated(kind):
     assert error > 2.0 or kind == "faint"
 
 
-@pytest.mark.parametrize(("tolerance", "allowed"), [(0.03, 0.1), (0.0, 1e-4)])
+@pytest.mark.parametrize(("tolerance", "allowed"), [pytest.param(0.03, 0.1, marks=pytest.mark.slow), (0.0, 1e-4)])
 def test_each_spot_of_a_filter_sees_layers_of_its_own(tolerance, allowed):
     """Kernels that hold the filter left 4.5 sigma, at any tolerance."""
     shot = dataclasses.replace(layered_shot("random"), tolerance=tolerance)
@@ -104,7 +104,7 @@ def test_each_spot_of_a_filter_sees_layers_of_its_own(tolerance, allowed):
     assert error_of(shot, "random") < allowed
 
 
-@pytest.mark.parametrize("kind", ["even", "faint"])
+@pytest.mark.parametrize("kind", ["even", pytest.param("faint", marks=pytest.mark.slow)])
 def test_kernels_hold_the_filter_where_layers_hardly_differ_over_its_spots(kind):
     shot = layered_shot(kind)
     optics = plan(shot).optics

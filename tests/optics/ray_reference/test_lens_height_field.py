@@ -42,7 +42,7 @@ def test_an_edge_before_a_uniform_wall_is_exact(device, near, far):
     assert found.rms < 0.05 and found.p99 < 0.15 and abs(found.mean) < 0.01
 
 
-@pytest.mark.parametrize("slope", [(0.05, 0.11), (0.3, 0.1)])
+@pytest.mark.parametrize("slope", [(0.05, 0.11), pytest.param((0.3, 0.1), marks=pytest.mark.slow)])
 def test_a_tilted_plane_is_one_surface_without_steps(device, slope):
     """Steps of the radius from sample to sample would leave 0.03 to 0.04 standard deviations."""
     found = statistics(errors(device, slanted_plane(slope, 8), 4096))

@@ -66,7 +66,7 @@ def test_a_light_half_hidden_by_an_edge_is_right_to_a_tenth_of_the_noise(single,
 
 
 @pytest.mark.filterwarnings("ignore:.* photosites have an estimated error")
-@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("single", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_nothing_is_left_of_a_light_where_all_of_it_is_hidden(single):
     """Of a light of 10^8 a thousandth more than it would bring was taken away: photosites were far below black."""
     case = half_plane_before_a_light(single, 1e8)
@@ -129,7 +129,7 @@ def test_circles_that_hardly_cross_borders_have_exact_shares(radius):
     assert shares[:, :-offset].sum() == pytest.approx(2.0 / (3.0 * np.pi) * abs(radius), rel=1e-6)
 
 
-@pytest.mark.parametrize("oversampling", [1, 3])
+@pytest.mark.parametrize("oversampling", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_open_areas_behind_blades_see_shares_of_their_own(oversampling):
     """One cell is bright: the open part of the photosite in the middle sees it, by chords of the polygon in float64."""
     pupil, radius_px, side, photosites = Pupil(5, 12.0), -2.3, 0.8, 11
