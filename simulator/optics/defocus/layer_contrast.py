@@ -9,6 +9,11 @@ which is less around lamps. The light behind a layer is that of all layers behin
 Sums over n points that lie evenly in a circle miss what varies within the share of the circle that each has, sqrt(pi / n) radii
 wide, as stratified samples do (Cochran, Sampling Techniques, chapter 5). At borders the variance within a square grows with its
 side, so that it is measured once, within photosites. What one of the two misses counts by how much the other one varies.
+
+Where each photosite has a pixel, light that is read between samples rises over one where even squares end at its border: half
+a sample too soon and half one too late, an eighth of it each. Over random pixels that cancels out. Long edges of both layers in
+the same direction do not: as the smaller circle R crosses the border, all of the aperture's chord sees the larger one's edge,
+2 / (8 pi R) of the product of both steps.
 """
 
 import math
@@ -31,11 +36,13 @@ class LayerContrast:
     """Products of the standard deviations of coverage and of the light behind it, FULL times, (rows, columns, channels).
 
     over_points: root of the sum over both of the variance of one within photosites, times its radius [photosites], times that
-    of the other within its circle. over_samples: within samples, mean over photosites and circles.
+    of the other within its circle. over_samples: within samples, mean over photosites and circles. over_edges: products of
+        steps along edges as long as the circles, over the smaller radius [1 / photosites], where circles see several pixels.
     """
 
     over_points: np.ndarray
     over_samples: np.ndarray
+    over_edges: np.ndarray
 
 
 def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Defocus, scale: float) -> LayerContrast:
@@ -50,7 +57,7 @@ def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Def
     smallest = np.array([min(circles_px)])
     samples = int(own.samples_per_axis(smallest, np.array([max(circles_px)]))[0])
     beside_px = 1.0 if samples > 1 else 0.0  # points are places in the photosite, too
-    over_points = over_samples = np.zeros(behind[0].shape)
+    over_points = over_samples = over_edges = np.zeros(behind[0].shape)
     photosite, sample = _width(1.0, scale), _width(MIXED_SAMPLES / samples, scale)
     for number, (_, coverage) in enumerate(layers[:-1]):
         if coverage is None:
@@ -66,7 +73,22 @@ def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Def
         over_points = over_points + FULL * np.sqrt(fine[0] * wide[1] + wide[0] * fine[1])
         squares = [_variance(values, sample) for values in pair]
         over_samples = over_samples + FULL * _mean_product(squares[0], widths[0], squares[1], widths[1])
-    return LayerContrast(over_points, over_samples)
+        if min(radii_px) > 0.5:
+            steps = [_steps_along(values, width) for values, width in zip(pair, widths, strict=True)]
+            over_edges = over_edges + sum(one * other for one, other in zip(*steps, strict=True)) / min(radii_px)
+    return LayerContrast(over_points, over_samples, over_edges)
+
+
+def _steps_along(values: np.ndarray, width: int) -> list[np.ndarray]:
+    """Largest step from pixel to pixel in squares of so many, mean along as many in the other direction; of both axes."""
+    from scipy.ndimage import uniform_filter1d
+
+    found = []
+    for axis in (0, 1):
+        step = np.diff(values, axis=axis, append=values.take([-1], axis))
+        mean = uniform_filter1d(step, width, axis=1 - axis, mode="nearest")
+        found.append(window_maximum(np.abs(mean), width, "nearest"))
+    return found
 
 
 def _mean_product(cover_2: np.ndarray, cover_px: int, light_2: np.ndarray, light_px: int) -> np.ndarray:

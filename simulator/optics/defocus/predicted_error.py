@@ -60,6 +60,7 @@ OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
 # Light between pixels as large as photosites bends at their middles, and even squares end at their borders: of either a circle
 # leaves 2 / (3 pi) of its radius times the second difference along an axis, the mean of |x| over half the disk.
 OF_BENDS = 2.0 * 2.0 / (3.0 * math.pi)
+LONG_EDGES = 2.0 / (8.0 * math.pi)  # of `SceneContrast.along` (`layer_contrast`)
 OF_CUT = 1.3  # of the variance that the open side adds where it cuts samples, as found on tilted walls of patches
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
@@ -181,7 +182,8 @@ def error_terms(
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=falls)
     if len(radii) > 1:
         small = small_circles(own)
-        add("layers with circles as small as the samples", contrast.within * small, RAYS)
+        along = LONG_EDGES / finest * contrast.along if abs(own.scale - 1.0) < 1e-3 else 0.0
+        add("layers with circles as small as the samples", max(contrast.within * small, along), RAYS)
         hidden = contrast.lamps_mixed * points_left_of(own, points, finest) + contrast.lamps_within * small
         if hidden > 0.0:
             add("lamps that layers hide", hidden, RAYS)

@@ -66,6 +66,7 @@ class SceneContrast:
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
     mixed: `layer_contrast.LayerContrast` of several layers over points, lamps left out; 0: there is one layer, or even
         light behind it: the first one's own light is a mean, whatever is behind. within: the same over samples.
+        along: of edges as long as the circles, over the smaller radius (`LayerContrast.over_edges`).
     lamps_mixed, lamps_within: the same with lamps, in the noise of the light without them, where pixels are wider than
         photosites: edges, which end over a pixel, leave light of lamps that they hide; 0: there are none.
     lamp_px: least blur radius of pixels that are lamps; inf: none is [photosites].
@@ -105,6 +106,7 @@ class SceneContrast:
     flattened: float = 0.0
     around_lamps: float = 1.0
     within: float = 1.0
+    along: float = 0.0
     few: float = 0.0
     lamps_mixed: float = 0.0
     lamps_within: float = 0.0
@@ -150,6 +152,7 @@ def scene_contrast(
         bends=_bends_of_squares(scene, to_share, defocus) if is_alone else None,
         around_lamps=around_lamps,
         within=ranges.get("within", 0.0),
+        along=ranges.get("along", 0.0),
         lamps_mixed=ranges.get("lamps_mixed", 0.0),
         lamps_within=ranges.get("lamps_within", 0.0),
         lamp_px=min(_least_lamp_px(*pair, to_share) for pair in layers) if defocus.accuracy.has_lamps else math.inf,
@@ -273,7 +276,8 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> dict[str, f
 
     behind = [composite(layers[number:]) for number in range(len(layers))]
     own = layer_contrast(layers, behind, defocus, scale)
-    found = {"mixed": most_seen(own.over_points), "within": most_seen(own.over_samples)}
+    found = {name: most_seen(plane) for name, plane in (("mixed", own.over_points), ("within", own.over_samples))}
+    found["along"] = most_seen(own.over_edges)
     lit = [(layer.planes[::step, ::step] @ to_share, cover) for layer, (_, cover) in zip(scene.layers, layers, strict=True)]
     if defocus.scale < 1.0 - 1e-6 and max(float(own.max()) for own, _ in lit[1:]) > LAMP:
         behind = [composite(lit[number:]) for number in range(len(lit))]
