@@ -45,10 +45,10 @@ from simulator.sensor.stages.stage import Moments
 FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they vary with the field
 MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
-MOST_FINER = (
-    4  # slabs in place of one between whose kernels transforms share light, which falls as the square of their distance
+MOST_FINER = 4  # slabs in place of one, between whose kernels transforms share light
+SHARED = (
+    0.015  # of the light near the focus that they share wrongly, as the square of their distance; of slabs that are not finer
 )
-SHARED = 0.015  # share of the light that slabs as far apart as they may be share wrongly, near the focus behind aberrations
 MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of a wavefront with aberrations include defocus
 SMOOTH_PX = 0.5  # blur radius from which light between photosites is smooth [photosites]
 DARK = 0.1  # share of a scene that is the dark side of its edges
