@@ -74,7 +74,7 @@ def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, m
     Of a scene that moves it must leave far less, as beside lamps, unless it moves one surface as a whole, or leaves out the
     motion, too: what a blur that is left out leaves of edges that move apart has no law.
     """
-    if not (_may_move_whole(best) or _may_leave_out(best) or _may_rest(best)):
+    if not (_may_move_whole(best) or _may_leave_out(best) or _may_rest(best) or _may_have_distances(best)):
         return best
     moves_whole = _may_move_whole(best)
     for factor in LOOSER:
@@ -108,6 +108,11 @@ def _may_rest(best: OpticsPlan) -> bool:
     """Whether a larger tolerance may leave out all motion, which is short."""
     motions = [motion for motion in (best.motion, best.flash_motion) if motion is not None]
     return bool(motions) and all(motion.length.longest_px <= MOST_SHARP_PX for motion in motions)
+
+
+def _may_have_distances(best: OpticsPlan) -> bool:
+    """Whether layers behind one kernel, corrected to wave optics, may have kernels by distance for a larger tolerance."""
+    return is_at_rest(best) and best.psf is not None and bool(best.psf.corrected_px) and len(best.scene.layers) > 1
 
 
 def _moves_as_one(optics: OpticsPlan) -> bool:
