@@ -455,11 +455,6 @@ class OpticsPlan:
         """Whether photosites read single pixels (`Projection.reads_pixels`) of a scene at rest, behind a blur alone."""
         return self.projection.reads_pixels and self.psf is None and self.motion is None and self.flash_motion is None
 
-    @property
-    def reads_between_pixels(self) -> bool:
-        """Whether photosites lie between the pixels of a scene at rest, of which each has one."""
-        return self.motion is None and self.flash_motion is None and self.projection.lies_between_pixels
-
     def with_moved_pixels(self) -> Self:
         """Return the plan of a scene whose pixels do not stay on the borders of samples."""
         accuracy, defocus = replace(self.accuracy, whole_pixels=0), self.defocus

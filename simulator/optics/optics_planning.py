@@ -186,7 +186,7 @@ def _plan_sensor_optics(
     from simulator.optics.kernel_planning import with_psf, with_wings  # not needed for an even scene
 
     planned = with_wings(with_psf(planned, lens, sensor, floor, is_at_rest), scene)
-    if is_at_rest and planned.reads_between_pixels and not planned.is_direct:
+    if is_at_rest and planned.projection.lies_between_pixels and not planned.is_direct:
         from simulator.optics.path_planning import with_path_weights  # photosites of most scenes have pixels of their own
 
         planned = with_path_weights(planned, electrons_per_radiance(lens, sensor))
@@ -200,7 +200,7 @@ def _mixes_pixels(planned: OpticsPlan) -> bool:
     """
     defocus = planned.defocus
     is_known = defocus is None or (len(defocus.radii_px) == 1 and not defocus.maps)
-    return planned.reads_between_pixels and planned.projection.warp is None and not is_known
+    return planned.projection.lies_between_pixels and planned.projection.warp is None and not is_known
 
 
 def _with_blur(

@@ -79,7 +79,7 @@ def _is_known(planned: OpticsPlan) -> bool:
     """Whether the plan knows where photosites read between pixels: at one place, or along one path that tells its weights."""
     motion = planned.motion
     if motion is None:
-        return planned.reads_between_pixels
+        return planned.projection.lies_between_pixels
     if planned.has_flash or motion.vectors is not None or motion.method not in ("swept_first", "instants"):
         return False
     return motion.length.longest_px <= LONGEST_PX or (motion.is_shift and motion.path.straight_shift() is not None)

@@ -221,8 +221,8 @@ def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
 def _reads_aside(optics: OpticsPlan) -> bool:
     """Whether photosites read the light between pixels at places that no path evens out."""
     paths = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
-    is_aside = optics.projection.warp is not None or optics.reads_between_pixels
-    return is_aside or (bool(paths) and min(paths) < 1.0)
+    is_short = min(paths) < 1.0 if paths else optics.projection.lies_between_pixels
+    return optics.projection.warp is not None or is_short
 
 
 def _blurred_edges(optics: OpticsPlan) -> float:

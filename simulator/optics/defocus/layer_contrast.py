@@ -37,7 +37,8 @@ class LayerContrast:
 
     over_points: root of the sum over both of the variance of one within photosites, times its radius [photosites], times that
     of the other within its circle. over_samples: within samples, mean over photosites and circles. over_edges: products of
-        steps along edges as long as the circles, over the smaller radius [1 / photosites], where circles see several pixels.
+        steps along edges as long as the circles, over the smaller radius [1 / photosites], where circles see several pixels
+        of a scene of one per photosite; else 0.
     """
 
     over_points: np.ndarray
@@ -73,7 +74,7 @@ def layer_contrast(layers: list[Surface], behind: list[np.ndarray], defocus: Def
         over_points = over_points + FULL * np.sqrt(fine[0] * wide[1] + wide[0] * fine[1])
         squares = [_variance(values, sample) for values in pair]
         over_samples = over_samples + FULL * _mean_product(squares[0], widths[0], squares[1], widths[1])
-        if min(radii_px) > 0.5:
+        if abs(defocus.scale - 1.0) < 1e-3 and min(radii_px) > 0.5:
             steps = [_steps_along(values, width) for values, width in zip(pair, widths, strict=True)]
             over_edges = over_edges + sum(one * other for one, other in zip(*steps, strict=True)) / min(radii_px)
     return LayerContrast(over_points, over_samples, over_edges)

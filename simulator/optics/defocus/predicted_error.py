@@ -182,8 +182,8 @@ def error_terms(
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=falls)
     if len(radii) > 1:
         small = small_circles(own)
-        along = LONG_EDGES / finest * contrast.along if abs(own.scale - 1.0) < 1e-3 else 0.0
-        add("layers with circles as small as the samples", max(contrast.within * small, along), RAYS)
+        left = max(contrast.within * small, LONG_EDGES / finest * contrast.along)
+        add("layers with circles as small as the samples", left, RAYS)
         hidden = contrast.lamps_mixed * points_left_of(own, points, finest) + contrast.lamps_within * small
         if hidden > 0.0:
             add("lamps that layers hide", hidden, RAYS)

@@ -219,10 +219,7 @@ def _convolve_layer(
     shape = tile.rows.stop - tile.rows.start, tile.columns.stop - tile.columns.start
     psf, surface = _psf_of(optics), deque[tuple[int, np.ndarray]]()  # near slabs, and what all up to each let through
     light, coverage, before, transmitted = np.zeros(shape), np.zeros(shape), np.ones(shape), np.ones(shape)
-    for slab, is_continuous, share in _split_into_slabs(optics, layer):
-        if not is_continuous:
-            surface.clear()
-            before = transmitted
+    for slab, share in _split_into_slabs(optics, layer):
         while surface and not psf.is_near(surface[0][0], slab):
             before = surface.popleft()[1]
         own_light = _convolve_slab(optics, layer.light[channel], share, tile, spectra, (slab, channel))
@@ -254,18 +251,17 @@ def _convolve_slab(
     return found if rest is None else found + convolve_tile(transform_light(rest * share, spectra), tile, spectra, *name, True)
 
 
-def _split_into_slabs(optics: OpticsPlan, layer: Surface) -> Iterator[tuple[int, bool, np.ndarray]]:
-    """Slabs in which a layer has light, nearest first: number, whether it continues the last one, share of the light."""
+def _split_into_slabs(optics: OpticsPlan, layer: Surface) -> Iterator[tuple[int, np.ndarray]]:
+    """Slabs in which a layer has light, nearest first: number, and share of the light."""
     psf = _psf_of(optics)
     if not isinstance(layer.radius_px, np.ndarray):
-        yield _nearest_slab(optics, layer.radius_px), False, np.ones(layer.light[0].shape)
+        yield _nearest_slab(optics, layer.radius_px), np.ones(layer.light[0].shape)
         return
-    place, last = np.interp(layer.radius_px, psf.radii_px, np.arange(len(psf.radii_px))), None
+    place = np.interp(layer.radius_px, psf.radii_px, np.arange(len(psf.radii_px)))
     for slab in range(int(place.min()), int(np.ceil(place.max())) + 1):
         share = np.maximum(0.0, 1.0 - np.abs(place - slab))
         if share.any():
-            yield slab, last is not None and psf.is_near(last, slab), share
-            last = slab
+            yield slab, share
 
 
 def _nearest_slab(optics: OpticsPlan, radius_px: float) -> int:
