@@ -195,8 +195,8 @@ class BandRays:
         start = _start(optics)
         starts_in_middle = grid.over == 1 and defocus.motion is None and start == WHOLE
         self._pupil, self._start = defocus.pupil, (0.0, 0.0) if starts_in_middle else start
-        is_round = defocus.pupil.is_round
-        lights = None if limit is None else take_lights(colour, radius, *limit, grid.over, is_round=is_round)
+        is_round = defocus.pupil.is_round and defocus.eyes is None
+        lights = None if limit is None else take_lights(colour, coverage, radius, *limit, grid.over, is_round=is_round)
         args = grid.device, grid.margin_px, window, grid.over, block, defocus.eyes
         self._motion, self._window = defocus.motion, window
         farthest = 1.0 if self._motion is None else 1.0 + self._motion.largest_aperture

@@ -52,13 +52,22 @@ class SmallLights:
 
 
 def take_lights(
-    colour: np.ndarray, radius_px: np.ndarray, limit: np.ndarray, mean: np.ndarray, oversampling: int, *, is_round: bool
+    colour: np.ndarray,
+    coverage: np.ndarray,
+    radius_px: np.ndarray,
+    limit: np.ndarray,
+    mean: np.ndarray,
+    oversampling: int,
+    *,
+    is_round: bool,
 ) -> SmallLights:
     """Take the radiance of cells above a limit out of the grid, in place, down to a mean.
 
-    colour: (layers, channels, rows, columns) radiance. radius_px: (layers, rows, columns) signed blur radius [photosites].
-    limit, mean: (channels,). is_round: whether the pupil is. A cell whose blur circle is small stays, because many rays meet
-    it, unless it is so small that hardly any of them crosses a border of a photosite, and the pupil is round.
+    colour: (layers, channels, rows, columns) radiance. coverage: (layers, rows, columns). radius_px: of the same shape, signed
+    blur radius [photosites]. limit, mean: (channels,). is_round: whether the pupil is, and no stop clips it. A cell whose blur
+    circle is small stays, because many rays meet it, unless it is so small that hardly any of them crosses a border of a
+    photosite, the pupil is round, and nothing hides the cell: of rays from a point of it to a point of a photosite hardly one
+    goes through the pupil, to tell what share is hidden.
     """
     parts, tiny_px = [], TINY_PX if is_round and oversampling > 1 else 0.0
     for layer, (light, radius) in enumerate(zip(colour, radius_px, strict=True)):
@@ -66,11 +75,35 @@ def take_lights(
         bright = np.logical_or.reduce(light > limit[:, None, None], axis=0)
         bright &= (size > SMALLEST_PX) | ((size > 0.0) & (size <= tiny_px))
         rows, columns = np.nonzero(bright)
+        kept = [
+            size[place] > tiny_px or not _may_be_hidden(layer, place, coverage, radius_px, oversampling)
+            for place in zip(rows, columns, strict=True)
+        ]
+        rows, columns = rows[kept], columns[kept]
         excess = np.maximum(light[:, rows, columns] - mean[:, None], 0.0).astype(np.float64)
         light[:, rows, columns] -= excess.astype(np.float32)
         slopes = radius_slopes(radius, rows, columns, oversampling)
         parts.append((rows, columns, np.full(len(rows), layer), radius[rows, columns].astype(float), slopes, excess))
     return SmallLights(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
+
+
+def _may_be_hidden(layer: int, place: tuple[int, int], coverage: np.ndarray, radius_px: np.ndarray, oversampling: int) -> bool:
+    """Whether a nearer surface lies so near to a cell in focus that circles of its size reach the cell.
+
+    The surface is that of a layer before, or of the same one. Other arguments: as of `take_lights`.
+    """
+    row, column = place
+    for number in range(layer + 1):
+        reach = math.ceil(float(np.abs(radius_px[number]).max()) * oversampling) + 1
+        top, left = max(row - reach, 0), max(column - reach, 0)
+        around = slice(top, row + reach + 1), slice(left, column + reach + 1)
+        radius = radius_px[number][around]
+        is_nearer = coverage[number][around] > 0.0 if number < layer else radius < radius_px[layer, row, column] - TINY_PX
+        rows, columns = np.nonzero(is_nearer)
+        away = np.hypot(rows + (top - row), columns + (left - column))
+        if (away <= np.abs(radius[rows, columns]) * oversampling + 1.5).any():
+            return True
+    return False
 
 
 def has_shares(pupil: Pupil, start: Start) -> bool:

@@ -42,16 +42,25 @@ def spot() -> np.ndarray:
     return shares / (OVER**2 * np.pi * FAR_PX**2)
 
 
-def half_plane_before_a_light(single: bool, radiance: float) -> Case:
+def sharp_spot() -> np.ndarray:
+    """Share of the light on each photosite where it is in focus: its cell, as far as the half-plane lets its light through."""
+    shares = np.zeros((ROWS - 2 * MARGIN, COLUMNS - 2 * MARGIN))
+    t = np.clip(((LIGHT[1] + (np.arange(64) + 0.5) / 64) / OVER - EDGE) / abs(NEAR_PX), -1.0, 1.0)
+    through = (0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / np.pi).mean()
+    shares[LIGHT[0] // OVER - MARGIN, LIGHT[1] // OVER - MARGIN] = through / OVER**2
+    return shares
+
+
+def half_plane_before_a_light(single: bool, radiance: float, far_px: float = FAR_PX) -> Case:
     """A near half-plane of 0.5 before a wall of 0.3 with one bright cell; as one picture or as layers."""
     near = np.broadcast_to(np.arange(COLUMNS * OVER) < EDGE * OVER, (ROWS * OVER, COLUMNS * OVER)).astype(float)
     far, whole = np.full(near.shape, 0.3), np.ones_like(near)
     far[LIGHT] += radiance
-    truth = 0.3 + 0.2 * penumbra() + radiance * spot()
+    truth = 0.3 + 0.2 * penumbra() + radiance * (spot() if far_px == FAR_PX else sharp_spot())
     if single:
-        colour, radius = np.where(near > 0, 0.5, far), np.where(near > 0, NEAR_PX, FAR_PX)
+        colour, radius = np.where(near > 0, 0.5, far), np.where(near > 0, NEAR_PX, far_px)
         return Case("single", colour[None], whole[None], radius[None], truth, MARGIN, OVER, True)
-    radius = np.stack([NEAR_PX * whole, FAR_PX * whole])
+    radius = np.stack([NEAR_PX * whole, far_px * whole])
     return Case("layers", np.stack([0.5 * near, far]), np.stack([near, whole]), radius, truth, MARGIN, OVER, True)
 
 
@@ -63,6 +72,16 @@ def test_a_light_half_hidden_by_an_edge_is_right_to_a_tenth_of_the_noise(single,
     case = half_plane_before_a_light(single, 3000.0)
     found = statistics(z_scores(blurred_case(case, electrons, tolerance=0.0), case.truth, electrons))
     assert found.p99 < 0.1 and found.p99_9 < 0.15
+
+
+@pytest.mark.filterwarnings("ignore:.* photosites have an estimated error")
+@pytest.mark.parametrize("single", [False, True])
+def test_a_light_in_focus_is_hidden_as_far_as_an_edge_out_of_focus_hides_it(single):
+    """Of rays from its cell to the photosite hardly one goes through the pupil: one ray told whether all of it was hidden."""
+    case = half_plane_before_a_light(single, 100.0, 1e-4)
+    z = z_scores(blurred_case(case, 2000.0, tolerance=0.0), case.truth, 2000.0)
+    assert np.abs(z[LIGHT[0] // OVER - MARGIN, LIGHT[1] // OVER - MARGIN]) < 0.1
+    assert statistics(z).p99 < 0.1
 
 
 @pytest.mark.filterwarnings("ignore:.* photosites have an estimated error")
@@ -176,7 +195,20 @@ def test_lights_in_tiny_circles_are_taken_of_round_pupils():
     colour[0, 0, 4, 4] = 1e6
     for radius_px, is_round, taken in ((0.01, True, 1), (0.01, False, 0), (0.3, True, 0), (0.0, True, 0), (0.7, False, 1)):
         radii = np.full((1, 9, 9), radius_px, np.float32)
-        assert len(take_lights(colour.copy(), radii, limit, limit, 4, is_round=is_round).rows) == taken
+        assert len(take_lights(colour.copy(), np.ones_like(radii), radii, limit, limit, 4, is_round=is_round).rows) == taken
+
+
+def test_lights_in_tiny_circles_stay_where_a_nearer_surface_may_hide_them():
+    """A layer whose circles reach the cell, or a nearer part of the same surface."""
+    colour, limit = np.zeros((2, 1, 41, 41), np.float32), np.ones(1, np.float32)
+    colour[1, 0, 20, 20] = 1e6
+    for columns, radius_px, taken in ((slice(0, 15), -2.0, 0), (slice(0, 15), -0.5, 1), (slice(0, 0), -2.0, 1)):
+        coverage, radii = np.ones((2, 41, 41), np.float32), np.full((2, 41, 41), 0.01, np.float32)
+        coverage[0], radii[0] = 0.0, radius_px
+        coverage[0][:, columns] = 1.0
+        one = np.where(coverage[:1] > 0.0, radii[:1], radii[1:])
+        for planes, covered, radius in ((colour, coverage, radii), (colour[1:], np.ones_like(one), one)):
+            assert len(take_lights(planes.copy(), covered, radius, limit, limit, 4, is_round=True).rows) == taken
 
 
 @pytest.mark.parametrize(("radius_px", "apart"), [(0.01, 1e-9), (0.05, 1e-9), (0.6, 0.015), (-1.0, 0.01), (2.5, 0.01)])
