@@ -11,8 +11,10 @@ from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy
 from simulator.optics.defocus.defocus import Defocus, plan_defocus, radius_range_px
 from simulator.optics.defocus.lamp_laws import lamp_sharp_px
 from simulator.optics.defocus.photosite_area import PhotositeArea
+from simulator.optics.defocus.predicted_error import ignored_error
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast, sharp_contrast
 from simulator.optics.defocus.scene_light import brightest_electrons, peak_electrons, scene_detail
+from simulator.optics.error_term import ErrorTerm
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
@@ -33,13 +35,21 @@ def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
 
 
 def plan_accuracy(
-    optics: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, floor: NoiseFloor, tolerance: float
+    optics: OpticsPlan,
+    loaded: Scene,
+    lens: Lens,
+    sensor: SensorPlan,
+    floor: NoiseFloor,
+    tolerance: float,
+    *,
+    is_at_rest: bool,
 ) -> Accuracy:
     """Tolerance of the blur, relative to the least noise that the exposure has at any ISO of the camera (`NoiseFloor`).
 
     It is the noise at the scene's brightest light or, if that is less, at the ISO that saturates last. So a blur is as exact as
     the shot with the least noise needs it, and shots that differ in their ISO have the same light, bit for bit.
     loaded: the scene with all layers: a lens sees lamps behind the edges of others that hide them from a pinhole.
+    is_at_rest: whether nothing moves.
     """
     per_radiance = electrons_per_radiance(lens, sensor)
     electrons = max(min(brightest_electrons(optics.scene, optics.weights, per_radiance), floor.most_electrons), 1.0)
@@ -53,8 +63,14 @@ def plan_accuracy(
         electrons_per_radiance=per_radiance,
         brightest=electrons / per_radiance,
     )
-    if optics.projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers):
-        return replace(accuracy, pixel_detail=scene_detail(optics.scene, optics.weights, per_radiance, accuracy))
+    projection = optics.projection
+    is_shared = projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers)
+    is_read = projection.reads_pixels and is_at_rest and lens.psf is None and not lens.has_diffraction
+    is_held = is_read or lens.aberrations is not None or optics.is_direct  # by pixels, kernels of the distance, or `detail`
+    is_crossed = projection.has_pixel_per_photosite and tolerance > 0.0 and not is_held
+    if is_shared or is_crossed:
+        detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
+        return replace(accuracy, pixel_detail=detail if is_shared else 0.0, crossed_detail=detail if is_crossed else 0.0)
     if not optics.is_direct:
         return accuracy
     detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
@@ -154,6 +170,19 @@ def contrast_of(
     """Return the contrasts of a scene on which the error of its blur depends. is_at_rest: whether nothing moves."""
     per_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons
     return scene_contrast(loaded, planned.weights, per_share, defocus, is_at_rest=is_at_rest)
+
+
+def ignored_terms(planned: OpticsPlan, *, moves: bool = False) -> list[ErrorTerm]:
+    """Return what the blur that a plan leaves out leaves. moves: whether the scene moves, which may not be planned yet."""
+    projection = planned.projection
+    return ignored_error(
+        planned.accuracy,
+        planned.ignored_px,
+        planned.contrast,
+        scale=projection.scale,
+        reads_pixels=planned.reads_pixels and not moves,
+        open_side=projection.open_side if projection.footprint is None else projection.footprint.side_px,
+    )
 
 
 def _is_steep(defocus: Defocus, scale: float) -> bool:

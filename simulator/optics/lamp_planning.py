@@ -36,7 +36,8 @@ def with_drawn_lamps(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sen
     if lamps is None:
         return planned
     rest = lamps.without(loaded, planned.weights)
-    accuracy = plan_accuracy(replace(planned, scene=rest, defocus=None), rest, lens, sensor, floor, planned.accuracy.tolerance)
+    bare, tolerance = replace(planned, scene=rest, defocus=None), planned.accuracy.tolerance
+    accuracy = plan_accuracy(bare, rest, lens, sensor, floor, tolerance, is_at_rest=True)
     accuracy = replace(accuracy, lamp_sharp_px=planned.accuracy.lamp_sharp_px)  # what is drawn is blurred
     blurred = with_defocus(replace(planned, scene=rest, accuracy=accuracy, defocus=None), rest, lens, sensor)
     if blurred.defocus is None:

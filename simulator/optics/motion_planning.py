@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electrons_per_radiance, plan_blur
+from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electrons_per_radiance, ignored_terms, plan_blur
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
@@ -23,7 +23,7 @@ from simulator.optics.defocus.scene_light import (
     scene_detail,
     sharpest_detail,
 )
-from simulator.optics.error_term import Skipped
+from simulator.optics.error_term import Skipped, together
 from simulator.optics.geometry.end_spacing import LIT_SHARE
 from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
 from simulator.optics.geometry.instants import TimedPath
@@ -31,7 +31,7 @@ from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing
 from simulator.optics.geometry.pixel_vectors import PixelVectors
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.path_planning import SAME_SCALE, has_pixel_per_photosite, with_path_weights
+from simulator.optics.path_planning import SAME_SCALE, with_path_weights
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.scene.compositing import flatten_layers
 from simulator.scene.occluded_background import extend_background
@@ -114,9 +114,13 @@ def _averages_what_moves(planned: OpticsPlan) -> bool:
     """Whether a blur reads single pixels of what rests, but averages what moves over the photosites.
 
     Edges differ by more than the noise then, so that a motion too small to be seen is computed nevertheless: frames of a clip
-    are alike however little the camera moves in some.
+    are alike however little the camera moves in some. A blur by circles inside a photosite, which is left out at rest, counts
+    where it would be seen in what moves.
     """
-    return planned.reads_pixels and planned.defocus is not None
+    if planned.defocus is not None or not planned.reads_pixels:
+        return planned.reads_pixels
+    left_out = together(term.sigma for term in ignored_terms(planned, moves=True) if term.limit == "method")
+    return left_out > planned.accuracy.in_sigma(planned.accuracy.allowed)
 
 
 def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, length_px: float) -> SceneDetail:
@@ -126,7 +130,7 @@ def _usual_detail(planned: OpticsPlan, seen: list[Scene], per_radiance: float, l
     length_px: of the path: each pixel passes one photosite more than that.
     """
     edges, dark = _usual(planned, seen, per_radiance, length_px, scene_detail)
-    if not has_pixel_per_photosite(planned):
+    if not planned.projection.has_pixel_per_photosite:
         return SceneDetail(edges, dark, 0.0, 0.0)
     return SceneDetail(edges, dark, *_usual(planned, seen, per_radiance, length_px, scene_bends))
 
@@ -199,7 +203,7 @@ def _need(planned: OpticsPlan, seen: list[Scene], per_radiance: float, detail: S
     accuracy, scale, edges = planned.accuracy, planned.projection.scale, detail.edges
     texture = max(scene_detail(scene, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE) for scene in seen)
     steepness, contrast = _steepness(planned), _contrast_per_photosite(planned, edges)
-    bends = has_pixel_per_photosite(planned)
+    bends = planned.projection.has_pixel_per_photosite
     return MotionNeed(
         contrast=contrast,
         dark=contrast * detail.dark / edges,

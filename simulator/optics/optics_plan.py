@@ -452,8 +452,13 @@ class OpticsPlan:
 
     @property
     def reads_pixels(self) -> bool:
-        """Whether photosites read single pixels (`Projection.reads_pixels`) of a scene at rest, behind a blur alone."""
-        return self.projection.reads_pixels and self.psf is None and self.motion is None and self.flash_motion is None
+        """Whether photosites read single pixels (`Projection.reads_pixels`) of a scene at rest, behind a blur alone.
+
+        Those of a scene whose motion is left out would be averaged: circles inside a photosite blur it.
+        """
+        moves = not (self.motion is None and self.flash_motion is None)
+        is_left_out = self.motion_skipped is not None and self.motion_skipped.sigma > 0.0
+        return self.projection.reads_pixels and self.psf is None and not (moves or is_left_out)
 
     def with_moved_pixels(self) -> Self:
         """Return the plan of a scene whose pixels do not stay on the borders of samples."""

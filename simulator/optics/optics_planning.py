@@ -214,7 +214,8 @@ def _with_blur(
     if not lens.forms_image:
         return planned
     if floor is not None:
-        planned = replace(planned, accuracy=plan_accuracy(planned, loaded, lens, sensor, floor, tolerance))
+        accuracy = plan_accuracy(planned, loaded, lens, sensor, floor, tolerance, is_at_rest=is_at_rest)
+        planned = replace(planned, accuracy=accuracy)
     return with_defocus(planned, loaded, lens, sensor, is_sharp=is_sharp, is_at_rest=is_at_rest)
 
 

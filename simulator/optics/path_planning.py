@@ -37,14 +37,6 @@ PLACES = (0.06, 0.11), (0.93, 0.31), (0.37, 0.52), (0.68, 0.74), (0.21, 0.97)
 TURNED = tuple((0.02 + 0.24 * one + 0.06 * other, 0.02 + 0.24 * other + 0.06 * one) for other in range(4) for one in range(4))
 
 
-def has_pixel_per_photosite(planned: OpticsPlan) -> bool:
-    """Whether the scene has one pixel per photosite, so that its light bends at pixels.
-
-    Means over photosites of a coarser scene bend by a third as much, by less than its edges.
-    """
-    return abs(planned.projection.scale - 1.0) < SAME_SCALE
-
-
 def with_path_weights(planned: OpticsPlan, per_radiance: float) -> OpticsPlan:
     """Return the plan of a surface between pixels with what its samples leave, and weights of its path where these leave less.
 
@@ -71,7 +63,7 @@ def _is_measured(planned: OpticsPlan, defocus: Defocus) -> bool:
     projection, psf = planned.projection, planned.psf
     if (psf is not None and psf.by_distance) or planned.accuracy.tolerance == 0.0 or len(defocus.radii_px) > 1:
         return False
-    reads = has_pixel_per_photosite(planned) and not projection.has_squares and projection.warp is None
+    reads = planned.projection.has_pixel_per_photosite and not projection.has_squares and projection.warp is None
     return reads and _is_known(planned) and defocus.copied_px < defocus.largest_px
 
 

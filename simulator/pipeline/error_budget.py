@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.optics.blur_planning import ignored_terms
 from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
 from simulator.optics.defocus.predicted_error import (
     RAYS,
     error_terms,
-    ignored_error,
     ray_terms,
     small_circles,
     terms_by_distance,
@@ -153,19 +153,6 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         share = accuracy.in_sigma(optics.illumination_error)
         terms.append(ErrorTerm(ILLUMINATION, "a table of the pupil that rims clip", share, "give a round aperture"))
     return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))
-
-
-def ignored_terms(optics: OpticsPlan) -> list[ErrorTerm]:
-    """What the blur that a plan leaves out leaves."""
-    projection = optics.projection
-    return ignored_error(
-        optics.accuracy,
-        optics.ignored_px,
-        optics.contrast,
-        scale=projection.scale,
-        reads_pixels=optics.reads_pixels,
-        open_side=projection.open_side if projection.footprint is None else projection.footprint.side_px,
-    )
 
 
 def _rows_between(optics: OpticsPlan) -> list[ErrorTerm]:

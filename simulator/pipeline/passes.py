@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.exposure.exposed_light import ExposedLight
+from simulator.optics.blur_planning import ignored_terms
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
 from simulator.optics.error_term import PSF, WINGS, together
@@ -31,7 +32,7 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import read_by_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.veiling_glare import GLARE
-from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget, ignored_terms
+from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget
 from simulator.pipeline.planned_pass import Pass, error_of, pixels_of
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan

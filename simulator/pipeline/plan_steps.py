@@ -3,13 +3,13 @@
 import math
 
 from simulator.exposure.exposed_light import ExposedLight
+from simulator.optics.blur_planning import ignored_terms
 from simulator.optics.defocus.predicted_error import describe_ignored, describe_noise
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.veiling_glare import VeilingGlare
-from simulator.pipeline.error_budget import ignored_terms
 from simulator.pipeline.psf_steps import psf_steps
 from simulator.pipeline.step import Step
 from simulator.pipeline.time_steps import time_steps

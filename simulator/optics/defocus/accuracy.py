@@ -45,7 +45,8 @@ class Accuracy:
         mosaic, e- s^-1 um^-2 sr^-1].
     ray_samples: most samples per photosite and axis that rays meet.
     detail: difference between neighbouring pixels of a scene finer than the photosites, of `scene_detail`; 0: a coarser scene.
-    pixel_detail: the same of a scene of one pixel per photosite.
+    pixel_detail: the same of a scene of one pixel per photosite. crossed_detail: the same of one whose small circles cross the
+        borders of photosites, since it moves, lies beside them, or is spread by a lens.
     whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples; 0: none do.
     brightest: radiance of the brightest light [unit of the mosaic]; 0: unknown.
     lamp_sharp_px: largest blur radius that may be ignored around lamps of a fine scene (`lamp_sharp_px`) [photosites].
@@ -61,6 +62,7 @@ class Accuracy:
     electrons_per_radiance: float = 1.0
     detail: float = 0.0
     pixel_detail: float = 0.0
+    crossed_detail: float = 0.0
     whole_pixels: int = 0
     brightest: float = 0.0
     lamp_sharp_px: float = math.inf
@@ -110,10 +112,11 @@ class Accuracy:
         """Largest blur radius that may be ignored [photosites].
 
         The loss of contrast of a sinusoid grows with the square of the radius, the light that crosses the borders of
-        photosites in a fine scene with the radius. Lamps are too small for `detail`.
+        photosites with the radius. Lamps are too small for `detail`.
         """
         smooth_px = min(SHARP_PX * math.sqrt(self.looser), MOST_SHARP_PX, self.lamp_sharp_px)
-        return min(smooth_px, self.allowed / crossing_error(1.0, self.detail)) if self.detail else smooth_px
+        detail = max(self.detail, self.crossed_detail)
+        return min(smooth_px, self.allowed / crossing_error(1.0, detail)) if detail else smooth_px
 
     @property
     def same_px(self) -> float:

@@ -123,14 +123,22 @@ class Projection:
         return self.is_fine or self.nearest or (not self.is_bilinear and self.open_side < 1.0)
 
     @property
+    def has_pixel_per_photosite(self) -> bool:
+        """Whether pixels of the scene are as large as photosites, so that light between them bends at their middles.
+
+        Means over photosites of a coarser scene bend by a third as much, by less than its edges.
+        """
+        return abs(self.scale - 1.0) < 1e-6
+
+    @property
     def has_own_pixels(self) -> bool:
         """Whether each photosite has one pixel of the scene, as large as itself."""
-        return abs(self.scale - 1.0) < 1e-6 and self.whole_pixels([1]) == 1
+        return self.has_pixel_per_photosite and self.whole_pixels([1]) == 1
 
     @property
     def lies_between_pixels(self) -> bool:
         """Whether photosites lie between pixels as large as themselves."""
-        return abs(self.scale - 1.0) < 1e-6 and not self.has_own_pixels
+        return self.has_pixel_per_photosite and not self.has_own_pixels
 
     @property
     def reads_pixels(self) -> bool:
