@@ -28,6 +28,7 @@ from audit.chart import draw_chart
 from audit.costs import measure_cost, read_costs, show_costs
 from audit.drawn_shots import draw_shot
 from audit.limits import end_with_parent
+from audit.machine import machine_factor
 from audit.measured_shot import METHODS, TRUTH_S, Record, measure_shot
 from audit.records import append, read_numbers, read_records
 from audit.shot_truth import NoTruthError
@@ -35,17 +36,17 @@ from audit.summary import summarise, tightness, verdicts
 from simulator.device import open_device
 
 
-def take(seed: int, number: int, truth_s: float | None = TRUTH_S) -> dict:
+def take(seed: int, number: int, truth_s: float | None = TRUTH_S, machine: float = 1.0) -> dict:
     """Draw and measure a shot; returns its line, or that of its failure, or of the reference path's refusal.
 
-    truth_s: processor time for the rays of its truth [s]; None: only its cost is measured.
+    truth_s: processor time for the rays of its truth [s]; None: only its cost is measured. machine: of `machine_factor`.
     """
     try:
         with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
             drawn, device = draw_shot(seed, number), open_device(None)
             if truth_s is None:
-                return measure_cost(drawn, Path(folder), device).as_json()
-            return measure_shot(drawn, Path(folder), device, truth_s).as_json()
+                return measure_cost(drawn, Path(folder), device, machine).as_json()
+            return measure_shot(drawn, Path(folder), device, truth_s, machine).as_json()
     except NoTruthError as error:
         return {"seed": seed, "number": number, "refused": str(error)}
     except Exception as error:  # noqa: BLE001  a shot that fails breaks the promise, and the others are taken
@@ -54,15 +55,17 @@ def take(seed: int, number: int, truth_s: float | None = TRUTH_S) -> dict:
 
 def take_all(seed: int, numbers: list[int], jobs: int, truth_s: float | None, path: Path, console: Console) -> None:
     """Take shots, each a line of a file, in as many processes. truth_s: as of `take`."""
+    machine = machine_factor(open_device(None)) if numbers else 1.0
+    console.print(f"the machine takes {machine:.2f} x the predicted times of calibration shots, and counts so")
     with Progress(console=console) as progress:
         task = progress.add_task("shots", total=len(numbers))
         if jobs == 1:
             for number in numbers:
-                append(path, take(seed, number, truth_s))
+                append(path, take(seed, number, truth_s, machine))
                 progress.advance(task)
             return
         with ProcessPoolExecutor(jobs, get_context("spawn"), initializer=end_with_parent) as pool:
-            waiting: list[Future[dict]] = [pool.submit(take, seed, number, truth_s) for number in numbers]
+            waiting: list[Future[dict]] = [pool.submit(take, seed, number, truth_s, machine) for number in numbers]
             for done in as_completed(waiting):
                 append(path, done.result())
                 progress.advance(task)

@@ -224,6 +224,13 @@ def test_costs_are_read_as_they_were_written(tmp_path, device):
     assert "4.00" in told and "all" in told and "1:2 sharp: predicted 0.001 ms, 0.004 ms; one" in told
 
 
+def test_predicted_times_are_those_of_the_machine_at_hand(tmp_path, device):
+    """Twice those of a machine that takes half the time for the calibration shots."""
+    drawn = draw_shot(1, 0)
+    usual, slow = (measure_cost(drawn, tmp_path, device, machine).cost_ms for machine in (1.0, 2.0))
+    assert slow == 2.0 * usual > 0.0
+
+
 def test_three_shots_of_the_audit(tmp_path, device):
     """A sharp one, one by points of the aperture and one by means over it."""
     for number in (0, 41, 43):
