@@ -57,12 +57,21 @@ def _lattice(image: np.ndarray, per_px: int, way: Way, reach: int) -> Lattice:
     """`lattices` of one path. image: of the aperture, on parts of pixels. reach: room for it, with the samples around it."""
     x, y, shares = _centred(way)
     own = math.ceil(float(np.abs([x, y]).max())) + 1
-    parts, pixels = np.arange(-own * per_px, own * per_px + 1) / per_px, np.arange(-own, own + 1)
+    pixels = np.arange(-own, own + 1)
     read = (_tents(y[:, None] - pixels) * shares[:, None]).T @ _tents(x[:, None] - pixels)
-    means = (_tent_means(y[:, None] - parts, per_px) * shares[:, None]).T @ _tent_means(x[:, None] - parts, per_px)
-    seen = np.pad(convolve(means, image), per_px)  # which ends anywhere beyond the last pixel
-    past = (len(seen) // 2) % per_px
-    seen = seen[past : len(seen) - past : per_px, past : len(seen) - past : per_px]
+
+    def means(parts: np.ndarray) -> np.ndarray:
+        return (_tent_means(y[:, None] - parts, per_px) * shares[:, None]).T @ _tent_means(x[:, None] - parts, per_px)
+
+    if len(image) < per_px:  # few of the parts lie within the image of a pixel
+        around, half = np.arange(-own - 1, own + 2), len(image) // 2
+        near = means((around[:, None] - np.arange(-half, half + 1) / per_px).reshape(-1))
+        each = near.reshape(len(around), len(image), len(around), len(image))
+        seen = np.tensordot(each, image, ((1, 3), (0, 1)))
+    else:
+        spread = np.pad(convolve(means(np.arange(-own * per_px, own * per_px + 1) / per_px), image), per_px)
+        past = (len(spread) // 2) % per_px  # it ends anywhere beyond the last pixel
+        seen = spread[past : len(spread) - past : per_px, past : len(spread) - past : per_px]
     most = own + reach + 1
     return np.pad(read, most - own), np.pad(seen, most - len(seen) // 2)
 
