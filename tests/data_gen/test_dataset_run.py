@@ -97,6 +97,7 @@ def test_bad_pictures_are_refused_all_at_once(tmp_path):
     assert not list((tmp_path / "out").glob("shard-*"))
 
 
+@pytest.mark.slow
 def test_the_estimate_agrees_with_the_run(tmp_path):
     config = small_config(tmp_path, TEXT, "count=60", "crop=[32, 40]", "writer.samples_per_shard=40")
     run(config, tmp_path)

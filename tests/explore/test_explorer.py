@@ -9,6 +9,7 @@ from helpers.explore_shots import write_shot
 from simulator.errors import PhotositeError
 from simulator.explore.explorer import Explorer, Request, SupersededError
 from simulator.explore.opened_shot import OpenedShot
+from simulator.pipeline.device_rates import cache_path, rates_key
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +66,13 @@ def test_only_shots_that_were_offered_are_opened(explorer):
         explorer.answer(Request("preview", "/etc/passwd", {}))
 
 
-PATTERNS = ("illustrative/x_trans", "illustrative/quad_bayer", "illustrative/rgbw", "illustrative/dual_gain", "ideal")
+PATTERNS = (
+    "illustrative/x_trans",
+    pytest.param("illustrative/quad_bayer", marks=pytest.mark.slow),
+    "illustrative/rgbw",
+    pytest.param("illustrative/dual_gain", marks=pytest.mark.slow),
+    "ideal",
+)
 
 
 @pytest.mark.parametrize("camera", PATTERNS)
@@ -95,7 +102,11 @@ def test_a_binned_sensor_is_shown_pixel_by_pixel_and_its_preview_is_no_smaller(t
     assert explorer.answer(Request("frame", path, {})).pixels.shape == (200, 480, 4)
 
 
-def test_the_numbers_of_a_metered_shot_are_those_that_the_camera_chose(tmp_path):
+def test_the_numbers_of_a_metered_shot_are_those_that_the_camera_chose(tmp_path, device, monkeypatch):
+    """On a device whose rates are known: to measure them takes longer than the rest."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    cache_path().parent.mkdir()
+    cache_path().write_text(json.dumps({rates_key(device): {}}), "utf-8")
     path = str(write_shot(tmp_path))
     exposure = {"mode": "aperture_priority", "iso": 100}
     explorer = Explorer([OpenedShot(path, {"exposure": exposure, "camera.width": 480, "time_budget": "5 s"})])

@@ -98,6 +98,7 @@ def test_small_circles_are_left_out_where_what_follows_a_blur_leaves_more(tmp_pa
     assert not step.kept and "more than the blur does" in step.why
 
 
+@pytest.mark.slow
 def test_a_larger_tolerance_gives_the_plan_where_what_it_leaves_out_would_err_by_more(tmp_path):
     """Two of three layers have circles of 0.4 photosites over even light, which means of pixels miss at the layers' borders."""
     shot = load_shot(draw_shot(118, 22).write(tmp_path))
@@ -133,11 +134,21 @@ def test_small_circles_are_left_out_where_a_background_that_is_not_known_leaves_
 @pytest.mark.parametrize(
     ("seed", "number"),
     [
-        pytest.param(5801, 191, id="a tilted wall moves as a whole where points that carry its distances leave more"),
+        pytest.param(
+            5801,
+            191,
+            id="a tilted wall moves as a whole where points that carry its distances leave more",
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             6401, 10, id="a tilted wall that moves as a whole nearly in focus is not blurred where such points leave more"
         ),
-        pytest.param(5801, 147, id="a photograph that turns is not blurred where a low-pass filter after that leaves more"),
+        pytest.param(
+            5801,
+            147,
+            id="a photograph that turns is not blurred where a low-pass filter after that leaves more",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_moving_picture_has_the_plan_of_a_larger_tolerance_where_it_leaves_less(seed, number, tmp_path):

@@ -82,7 +82,10 @@ def by_name(planned: Plan) -> dict[str, Pass]:
     return {one.name: one for one in planned.passes}
 
 
-@pytest.mark.parametrize("name", SHOTS)
+SLOW = "rays instead of the blur", "blurred at each instant", "kernels stand for the blur"
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in SHOTS])
 def test_the_executor_times_the_passes_that_the_plan_keeps(name, device):
     """Two exceptions: `measure` finds out whether methods are chosen by tile, so it is always timed; and the blur that a point
     spread function follows runs inside that pass, so its time is that pass's."""

@@ -32,7 +32,7 @@ SHOTS = {
     "diffraction, by transforms": FINE | {"lens.f_number": "f/22", "lens.diffraction": True},
     "diffraction of a sharp scene": {"scene.depth": "2.5 m", "lens.diffraction": True},
 }
-SLOW = "diffraction, by transforms", "rims", "blurred depth, wide"
+SLOW = "diffraction", "diffraction, by transforms", "rims", "blurred depth, wide", "blurred and distorted"
 
 MARGIN_ITEMS = 2**13  # work-items of pixels of the scene around a window
 

@@ -231,11 +231,12 @@ def test_predicted_times_are_those_of_the_machine_at_hand(tmp_path, device):
     assert slow == 2.0 * usual > 0.0
 
 
-def test_three_shots_of_the_audit(tmp_path, device):
-    """A sharp one, one by points of the aperture and one by means over it."""
-    for number in (0, 41, 43):
-        found = measure_shot(draw_shot(1, number), tmp_path, device)
-        assert found.excess <= 1.0 and not is_looser(found), found
+@pytest.mark.parametrize(
+    "number", [0, *(pytest.param(one, marks=pytest.mark.slow) for one in (41, 43))], ids=["sharp", "points", "means"]
+)
+def test_shots_of_the_audit_keep_the_promise(tmp_path, device, number):
+    found = measure_shot(draw_shot(1, number), tmp_path, device)
+    assert found.excess <= 1.0 and not is_looser(found), found
 
 
 @pytest.mark.slow

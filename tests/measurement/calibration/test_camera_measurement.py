@@ -128,6 +128,7 @@ def test_a_normal_read_noise_is_split_into_its_two_sources(tmp_path):
     load_shot(shot_file(tmp_path / "shot.yaml", tmp_path / "camera.yaml"))
 
 
+@pytest.mark.slow
 def test_photosites_own_frames_give_the_camera_they_were_made_with(tmp_path):
     """The Sony A7S II around its conversion-gain switch, with fixed patterns, through simulated DNG files."""
     patterns = {"prnu.sigma": 0.008, "dsnu.sigma": "2 e-", "column_offset.sigma": "0.4 DN"}

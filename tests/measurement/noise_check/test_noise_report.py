@@ -94,6 +94,7 @@ def test_a_camera_without_pedestal_is_asked_for_its_gain_only(tmp_path):
     assert not any(check.reason_unchecked for check in report.of("K"))
 
 
+@pytest.mark.slow
 def test_a_body_with_patterns_row_noise_and_long_tails(tmp_path):
     """Fixed patterns leave no trace in pairs; row noise is told apart from the photosites' own."""
     body = {

@@ -58,7 +58,7 @@ def test_weights_are_the_areas_of_a_polygon_in_squares(pupil, radius_px):
 
 
 @pytest.mark.parametrize(("radius_px", "samples"), [(0.02, 2), (-0.4, 2), (2.2, 4), (-6.02, 2)])
-@pytest.mark.parametrize("open_side", [1.0, 0.7])
+@pytest.mark.parametrize("open_side", [pytest.param(1.0, marks=pytest.mark.slow), 0.7])
 def test_weights_are_those_of_single_squares(radius_px, samples, open_side):
     """A photosite amid black squares but for one sees the weight of that one."""
     pupil = Pupil(5, 12.8)
@@ -93,7 +93,7 @@ def test_squares_inside_the_image_are_equal_so_that_few_sums_are_read():
 
 @pytest.mark.parametrize(
     ("radius_px", "tolerance"),
-    [(-2.4, 0.0), (4.57, 1.0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((-2.4, 1.0), (4.57, 0.0)))],
+    [(4.57, 1.0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((-2.4, 0.0), (-2.4, 1.0), (4.57, 0.0)))],
 )
 def test_the_rim_of_a_lamp_behind_blades_is_sharp(radius_px, tolerance):
     """A lamp of 10^8 squares of light of 1 e-: slices of the aperture's image left some hundred sigma in its dark."""

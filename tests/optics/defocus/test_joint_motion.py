@@ -173,7 +173,11 @@ def test_points_grow_over_the_rows_of_a_block():
 
 
 @pytest.mark.parametrize(
-    ("camera", "way_px", "points"), [(None, (12.0, 0.0), "rows"), (SteadyMotion(roll_deg_per_s=0.5), (2.0, 0.0), "places")]
+    ("camera", "way_px", "points"),
+    [
+        (None, (12.0, 0.0), "rows"),
+        pytest.param(SteadyMotion(roll_deg_per_s=0.5), (2.0, 0.0), "places", marks=pytest.mark.slow),
+    ],
 )
 def test_light_beside_a_lamp_is_not_below_that_of_the_scene(camera, way_px, points):
     """Of photosites that look a little beyond their block's samples, beside a pixel ten thousand times as bright."""
@@ -265,7 +269,9 @@ def roll_of(camera: SteadyMotion, layer: LayerMotion | None, start_s: float):
 @pytest.mark.parametrize(
     ("radii_px", "camera", "layer", "start_s", "line_s"),
     [
-        ((-4.0, 3.0), SteadyMotion(), SPIN, 50.0, 0.5),  # 100 to 200 degrees, a degree from row to row
+        pytest.param(  # 100 to 200 degrees, a degree from row to row
+            (-4.0, 3.0), SteadyMotion(), SPIN, 50.0, 0.5, marks=pytest.mark.slow
+        ),
         pytest.param((-4.0, 3.0), SteadyMotion(), SPIN, 100.0, 0.0, marks=pytest.mark.slow),  # 200 degrees, all rows at once
         (
             (5.0, 0.3),
@@ -405,6 +411,7 @@ def test_rays_meet_one_picture_that_moves():
     assert statistics(z_scores(found, truth, 2000.0)).p99 < 0.2
 
 
+@pytest.mark.slow
 def test_layers_that_move_apart_are_planned_as_joint_samples():
     """The same picture as from hand-made paths, its error told, and one layer alone swept before it is blurred."""
     case, way_px = bars_before_a_wall(-4.0, 3.0), (12.0, 3.0)

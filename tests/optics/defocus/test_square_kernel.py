@@ -11,7 +11,7 @@ from simulator.optics.defocus.square_kernel import disk_square_weights
 
 
 @pytest.mark.parametrize(("radius_px", "samples"), [(0.01, 1), (0.3, 2), (1.5, 2), (2.2, 4), (8.02, 2)])
-@pytest.mark.parametrize("open_side", [1.0, 0.7])
+@pytest.mark.parametrize("open_side", [pytest.param(1.0, marks=pytest.mark.slow), 0.7])
 def test_weights_are_those_of_single_squares(radius_px, samples, open_side):
     """A photosite amid black squares but for one sees the weight of that one; even light stays even."""
     weights = disk_square_weights(radius_px, samples, open_side)

@@ -117,7 +117,9 @@ def test_a_large_image_needs_few_taps():
     assert taps[1] < 2.2 * taps[0] and taps[2] < 2.2 * taps[1]
 
 
-@pytest.mark.parametrize("slope", [(0.0, 0.02), (-0.1, 0.05), (0.1, 0.173)])
+@pytest.mark.parametrize(
+    "slope", [(0.0, 0.02), *(pytest.param(one, marks=pytest.mark.slow) for one in ((-0.1, 0.05), (0.1, 0.173)))]
+)
 def test_a_tilted_plane_is_met(slope):
     """Its closed form to a tenth of the noise of 2000 e-, where a photosite's own radius alone leaves up to 0.7.
 

@@ -281,6 +281,7 @@ def test_without_tolerance_rays_are_followed(bench):
     assert statistics(z_scores(found, case.truth, 2000.0)).p99_9 < 0.15
 
 
+@pytest.mark.slow
 def test_without_tolerance_one_picture_is_a_height_field(bench):
     case = slanted_plane((0.05, 0.11), 2)
     window, points = Window(case.margin, case.margin, 48, 24), ray_samples(2048)

@@ -55,6 +55,7 @@ def test_a_crop_of_a_wide_blur_has_the_bits_of_the_frame():
         np.testing.assert_array_equal(mosaic(crop), frame[crop.y : crop.y + crop.height, crop.x : crop.x + crop.width])
 
 
+@pytest.mark.slow
 def test_wide_photosites_take_as_many_points_of_what_moves_as_others(tmp_path):
     """The audit found 2.4 sigma of waves before waves that turn, where 0.42 were told (seed 4242, shot 144)."""
     shot = load_shot(draw_shot(4242, 144).write(tmp_path))

@@ -168,7 +168,7 @@ def corrected(picture, coefficients, centre) -> np.ndarray:
 
 
 PART = "barrel", Window(40, 30, 250, 180)
-OPCODES = [pytest.param(name, None, marks=[pytest.mark.slow] if name == "pincushion" else []) for name in LENSES]
+OPCODES = [pytest.param(name, None, marks=[pytest.mark.slow] if name in ("pincushion", "moustache") else []) for name in LENSES]
 
 
 @pytest.mark.parametrize(("name", "window"), [*OPCODES, PART])

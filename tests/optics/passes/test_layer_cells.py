@@ -64,7 +64,9 @@ def sigmas(planned: Plan, found: np.ndarray, truth: np.ndarray) -> np.ndarray:
 SCALED = [(1.0, 3), (1.3, 2), (1.5, 4), (2.0, 3), (4.0, 2)]  # each scale and each number of layers
 
 
-@pytest.mark.parametrize(("scale", "layers"), SCALED)
+@pytest.mark.parametrize(
+    ("scale", "layers"), [*SCALED[:2], *(pytest.param(*one, marks=pytest.mark.slow) for one in SCALED[2:4]), SCALED[4]]
+)
 def test_edges_within_photosites_are_composited_exactly_at_each_instant(scale, layers):
     ways_px = (*WAYS[: layers - 1], WAYS[layers - 1] if layers < 4 else None)
     shot = noise_shot(scale, ways_px)
@@ -97,7 +99,7 @@ def test_lines_that_open_one_after_the_other_and_a_fill_factor():
 
 
 @pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
-@pytest.mark.parametrize("scale", [1.0, 1.5])
+@pytest.mark.parametrize("scale", [pytest.param(1.0, marks=pytest.mark.slow), 1.5])
 def test_a_crop_has_the_bits_of_the_frame_and_a_colour_those_of_its_plane(scale, row_s):
     holes = np.zeros((1, round(HEIGHT * scale), round(WIDTH * scale)))
     holes[:, 9:14, 20:33] = 1.0  # means are composited elsewhere

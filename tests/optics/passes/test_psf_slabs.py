@@ -235,6 +235,7 @@ def test_kernels_wider_than_their_tail_hold_all_light(device, tmp_path):
     assert found.mean() == pytest.approx(geometric.mean(), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_tail_wider_than_the_kernels_beside_it_finds_its_cells(device, tmp_path):
     """Of the kernel in focus, 129 photosites wide, where those a little out of focus have 81: it read beside its memory."""
     shot = load_shot(draw_shot(6501, 158).write(tmp_path))

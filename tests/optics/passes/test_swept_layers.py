@@ -109,6 +109,7 @@ def test_colours_are_those_of_single_planes_and_a_crop_has_the_bits_of_the_frame
     assert planned.optics.sweeps_shifted_layers() and np.array_equal(moving_light(without_edges(part)), found[5:17, 17:107])
 
 
+@pytest.mark.slow
 def test_more_layers_than_one_launch_composites_are_swept_one_by_one():
     planned = plan_moving(shot_of(WAYS["between"]))
     assert planned.optics.covering_layers == 5 and not planned.optics.sweeps_shifted_layers()

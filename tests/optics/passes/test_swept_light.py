@@ -135,7 +135,7 @@ def test_a_lamp_draws_its_path_evenly_by_its_own_instants(lens):
     [
         (BLURRED, 1.0),
         (replace(BLURRED, distortion=Distortion(k1=-0.1, unit="half_diagonal")), 0.6),
-        (DIFFRACTED, 1.0),
+        pytest.param(DIFFRACTED, 1.0, marks=pytest.mark.slow),
     ],
     ids=["defocus", "distortion", "diffraction"],
 )

@@ -46,7 +46,7 @@ def wave_frame(qx, qy, camera, through) -> np.ndarray:
 WAVES = ((0.05, 0.0), (0.21, 0.13), (0.0, 0.61), (0.4, 0.7))
 
 
-@pytest.mark.parametrize("f_number", [2.8, 22.0])
+@pytest.mark.parametrize("f_number", [2.8, pytest.param(22.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("qx", "qy"), WAVES)
 def test_a_wave_keeps_the_contrast_of_pupil_and_photosite(f_number, qx, qy):
     """To 0.007: a hundredth of the light comes from farther away than the frame is wide, where there is no wave."""
@@ -110,7 +110,8 @@ DEPTHS = {
 }
 
 
-NAMES = [pytest.param(name, marks=[pytest.mark.slow] if name == "field" else []) for name in LENSES]
+SLOW = "field", "edges", "blur first, cat's eyes"  # others have their methods
+NAMES = [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in LENSES]
 
 
 @pytest.mark.parametrize("name", NAMES)
