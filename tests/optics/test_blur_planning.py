@@ -22,6 +22,7 @@ from simulator.exposure.object_motion import LayerMotion
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.lens.distortion import Distortion
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.pipeline.error_budget import error_budget
 from simulator.pipeline.planner import plan
@@ -78,6 +79,30 @@ def test_aberrations_show_a_defocus_that_an_ideal_lens_would_not():
     found, true = (simulate(aberrated_shot(0.04, tolerance)).mean_electrons for tolerance in (0.1, 0.0))
     assert planned.optics.defocus is None and planned.optics.focus_px == pytest.approx(0.04, rel=1e-3)
     assert (np.abs(found - true) / np.sqrt(true)).max() < 0.1
+
+
+def test_small_circles_of_a_pixel_per_photosite_are_blurred_where_a_lens_spreads_it():
+    """At rest a photosite reads its own pixel, inside which circles blur nothing."""
+    squares = 0.1 + (np.random.default_rng(2).random((ROWS, COLUMNS)) > 0.5)
+    scene, camera = band_scene(squares, depth_of(0.08)), small_camera(COLUMNS, ROWS)
+    for spreads in (False, True):
+        shot = Shot(scene, dataclasses.replace(LENS, diffraction=spreads), Exposure(1e-3), camera, tolerance=0.1)
+        assert (plan(shot).optics.defocus is not None) is spreads
+
+
+def test_rays_behind_a_distortion_see_the_light_that_is_seen_in_focus():
+    """A pixel per photosite: means of bilinear light, of which rays of tiny circles saw even squares, 87 sigma apart."""
+    squares = 0.1 + (np.random.default_rng(2).random((ROWS, COLUMNS)) > 0.5)
+    bent, camera = Distortion(k1=-0.03, unit="half_diagonal"), small_camera(COLUMNS, ROWS)
+    sharp, rays = (
+        Shot(
+            band_scene(squares, depth_of(px)), dataclasses.replace(LENS, distortion=bent), Exposure(1e-3), camera, tolerance=0.0
+        )
+        for px in (0.0, 0.001)
+    )
+    inside = np.s_[2:-2, 2:-2]
+    seen, traced = (simulate(shot).mean_electrons[inside].astype(float) for shot in (sharp, rays))
+    assert np.abs(traced - seen).max() < 0.1 * np.ptp(seen)
 
 
 @pytest.mark.slow

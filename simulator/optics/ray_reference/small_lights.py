@@ -76,8 +76,8 @@ def take_lights(
         bright &= (size > SMALLEST_PX) | ((size > 0.0) & (size <= tiny_px))
         rows, columns = np.nonzero(bright)
         kept = [
-            size[place] > tiny_px or not _may_be_hidden(layer, place, coverage, radius_px, oversampling)
-            for place in zip(rows, columns, strict=True)
+            size[row, column] > tiny_px or not _may_be_hidden(layer, (row, column), coverage, radius_px, oversampling)
+            for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
         ]
         rows, columns = rows[kept], columns[kept]
         excess = np.maximum(light[:, rows, columns] - mean[:, None], 0.0).astype(np.float64)
