@@ -67,8 +67,10 @@ def plan_accuracy(
     is_shared = projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers)
     is_read = projection.reads_pixels and is_at_rest and lens.psf is None and not lens.has_diffraction
     is_held = is_read or lens.aberrations is not None or optics.is_direct  # by pixels, kernels of the distance, or `detail`
-    is_even = projection.warp is None  # else areas of circles in photosites tell nothing of what lies between pixels
-    is_crossed = projection.has_pixel_per_photosite and tolerance > 0.0 and is_even and not is_held
+    # Behind a distortion areas of circles in photosites tell nothing of what lies between pixels. What moves by its distance or
+    # its own vectors, or before other layers, has methods of its own where it is sharp.
+    is_one = projection.warp is None and len(loaded.layers) == 1 and np.ndim(loaded.depth_m) == 0
+    is_crossed = projection.has_pixel_per_photosite and tolerance > 0.0 and is_one and not is_held
     if is_shared or is_crossed:
         detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
         return replace(accuracy, pixel_detail=detail if is_shared else 0.0, crossed_detail=detail if is_crossed else 0.0)

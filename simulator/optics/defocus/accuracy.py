@@ -45,8 +45,8 @@ class Accuracy:
         mosaic, e- s^-1 um^-2 sr^-1].
     ray_samples: most samples per photosite and axis that rays meet.
     detail: difference between neighbouring pixels of a scene finer than the photosites, of `scene_detail`; 0: a coarser scene.
-    pixel_detail: the same of a scene of one pixel per photosite. crossed_detail: the same of one whose small circles cross the
-        borders of photosites, since it moves, lies beside them, or is spread by a lens; 0: distorted.
+    pixel_detail: the same of a scene of one pixel per photosite. crossed_detail: the same of a wall whose small circles cross
+        borders of photosites, since it moves, lies beside them, or is spread by a lens; 0: it is distorted, or no wall.
     whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples; 0: none do.
     brightest: radiance of the brightest light [unit of the mosaic]; 0: unknown.
     lamp_sharp_px: largest blur radius that may be ignored around lamps of a fine scene (`lamp_sharp_px`) [photosites].
