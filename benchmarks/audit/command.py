@@ -25,7 +25,7 @@ from rich.table import Table
 
 from audit.blur_laws import measure_laws
 from audit.chart import draw_chart
-from audit.costs import measure_cost, read_costs, show_costs
+from audit.costs import Cost, measure_cost, read_costs, show_costs
 from audit.drawn_shots import draw_shot
 from audit.limits import end_with_parent
 from audit.machine import machine_factor
@@ -39,14 +39,17 @@ from simulator.device import open_device
 def take(seed: int, number: int, truth_s: float | None = TRUTH_S, machine: float = 1.0) -> dict:
     """Draw and measure a shot; returns its line, or that of its failure, or of the reference path's refusal.
 
-    truth_s: processor time for the rays of its truth [s]; None: only its cost is measured. machine: of `machine_factor`.
+    truth_s: processor time for the rays of its truth [s]; None: only its cost is measured. machine: of
+    `machine_factor`, by which predicted times count.
     """
     try:
         with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
             drawn, device = draw_shot(seed, number), open_device(None)
             if truth_s is None:
-                return measure_cost(drawn, Path(folder), device, machine).as_json()
-            return measure_shot(drawn, Path(folder), device, truth_s, machine).as_json()
+                found: Cost | Record = measure_cost(drawn, Path(folder), device)
+            else:
+                found = measure_shot(drawn, Path(folder), device, truth_s)
+            return found.as_json() | {"cost_ms": machine * found.cost_ms}
     except NoTruthError as error:
         return {"seed": seed, "number": number, "refused": str(error)}
     except Exception as error:  # noqa: BLE001  a shot that fails breaks the promise, and the others are taken

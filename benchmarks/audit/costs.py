@@ -33,8 +33,8 @@ class Cost:
         return asdict(self)
 
 
-def measure_cost(drawn: DrawnShot, folder: Path, device: Device, machine: float = 1.0) -> Cost:
-    """Take a drawn shot for its time. machine: of `machine_factor`. Raises NoTruthError of one that takes too long."""
+def measure_cost(drawn: DrawnShot, folder: Path, device: Device) -> Cost:
+    """Take a drawn shot for its time. Raises NoTruthError of one that takes too long."""
     shot = load_shot(drawn.write(folder))
     planned = measure(plan(shot), device)
     if planned.cost_ms() > MOST_MS:
@@ -42,7 +42,7 @@ def measure_cost(drawn: DrawnShot, folder: Path, device: Device, machine: float 
     if planned.cost_ms() <= COSTLY_MS:
         run(planned, shot, device)  # compiles the kernels
     _, cpu_ms, _ = least_time(planned, shot, device)
-    return Cost(drawn.seed, drawn.number, drawn.kinds, method_of(planned), machine * planned.cost_ms(), cpu_ms)
+    return Cost(drawn.seed, drawn.number, drawn.kinds, method_of(planned), planned.cost_ms(), cpu_ms)
 
 
 def read_costs(path: Path) -> list[Cost]:

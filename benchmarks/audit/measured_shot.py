@@ -37,8 +37,8 @@ class Record:
     p99_9, worst: of abs(z). tighter_p99_9: at a third of the tolerance. truth_sigma: largest standard error of the truth's
     photosites. predicted: by the plan. clamped: whether the plan says that it may not keep the tolerance. random_p99_9,
     random_predicted: of a random legal plan (`draw_plan`); None: it is the plan itself. input_sigma: predicted, of what the
-    scene does not hold. cost_ms: predicted, of the machine at hand (`machine_factor`). cpu_ms: least processor time of the
-    passes, with kernels that are compiled, over two as predicted times are. wall_ms: least of all of a run.
+    scene does not hold. cost_ms: predicted. cpu_ms: least processor time of the passes, with kernels that are compiled,
+    over two as predicted times are. wall_ms: least of all of a run.
     """
 
     seed: int
@@ -152,11 +152,10 @@ def _with_nothing_kept(planned: Plan, device: Device) -> Plan:
     return measure(replace(planned, optics=replace(planned.optics, defocus=replace(defocus)), tiles=None), device)
 
 
-def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float = TRUTH_S, machine: float = 1.0) -> Record:
+def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float = TRUTH_S) -> Record:
     """Take a drawn shot at its tolerance, at a tighter one, by a random plan, and its truth.
 
-    truth_s: processor time for the rays of the truth [s]. machine: of `machine_factor`. Raises NoTruthError of a shot that has
-    none or takes too long.
+    truth_s: processor time for the rays of the truth [s]. Raises NoTruthError of a shot that has none or takes too long.
     """
     shot = load_shot(drawn.write(folder))
     if plan(shot).cost_ms() > MOST_MS:
@@ -192,7 +191,7 @@ def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float 
         float(predicted),
         clamped,
         tuple(planned.warnings()),
-        machine * planned.cost_ms(),
+        planned.cost_ms(),
         cpu_ms,
         1e3 * wall_s,
         float(planned.optics.accuracy.electrons),

@@ -63,14 +63,8 @@ def plan_accuracy(
         electrons_per_radiance=per_radiance,
         brightest=electrons / per_radiance,
     )
-    projection = optics.projection
-    is_shared = projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers)
-    is_read = projection.reads_pixels and is_at_rest and lens.psf is None and not lens.has_diffraction
-    is_held = is_read or lens.aberrations is not None or optics.is_direct  # by pixels, kernels of the distance, or `detail`
-    # Behind a distortion areas of circles in photosites tell nothing of what lies between pixels. What moves by its distance or
-    # its own vectors, or before other layers, has methods of its own where it is sharp.
-    is_one = projection.warp is None and len(loaded.layers) == 1 and np.ndim(loaded.depth_m) == 0
-    is_crossed = projection.has_pixel_per_photosite and tolerance > 0.0 and is_one and not is_held
+    is_shared = optics.projection.reads_pixels and any(np.ndim(layer.depth_m) for layer in optics.scene.layers)
+    is_crossed = tolerance > 0.0 and _crosses_borders(optics, loaded, lens, is_at_rest=is_at_rest)
     if is_shared or is_crossed:
         detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
         return replace(accuracy, pixel_detail=detail if is_shared else 0.0, crossed_detail=detail if is_crossed else 0.0)
@@ -84,6 +78,20 @@ def plan_accuracy(
         whole_pixels=_whole_pixels(optics.projection, sensor.camera if tolerance else None),
         lamp_sharp_px=lamp_sharp_px(optics.projection.scale, accuracy),
     )
+
+
+def _crosses_borders(optics: OpticsPlan, loaded: Scene, lens: Lens, *, is_at_rest: bool) -> bool:
+    """Whether circles inside a photosite that is one pixel of a wall bring its light over its borders.
+
+    At rest behind an ideal lens each photosite reads its own pixel, kernels of aberrations hold the distance, and what is
+    gathered counts by `Accuracy.detail`. Behind a distortion areas of circles in photosites tell nothing of what lies between
+    pixels. What moves by its distance or its own vectors, or before other layers, has methods of its own where it is sharp.
+    """
+    projection, is_wall = optics.projection, len(loaded.layers) == 1 and np.ndim(loaded.depth_m) == 0
+    if not is_wall or not projection.has_pixel_per_photosite or projection.warp is not None or optics.is_direct:
+        return False
+    is_spread = not (projection.reads_pixels and is_at_rest) or lens.psf is not None or lens.has_diffraction
+    return is_spread and lens.aberrations is None
 
 
 def _whole_pixels(projection: Projection, camera: Camera | None) -> int:

@@ -73,13 +73,10 @@ def take_lights(
     for layer, (light, radius) in enumerate(zip(colour, radius_px, strict=True)):
         size = np.abs(radius)
         bright = np.logical_or.reduce(light > limit[:, None, None], axis=0)
-        bright &= (size > SMALLEST_PX) | ((size > 0.0) & (size <= tiny_px))
-        rows, columns = np.nonzero(bright)
-        kept = [
-            size[row, column] > tiny_px or not _may_be_hidden(layer, (row, column), coverage, radius_px, oversampling)
-            for row, column in zip(rows.tolist(), columns.tolist(), strict=True)
-        ]
-        rows, columns = rows[kept], columns[kept]
+        tiny = bright & (size > 0.0) & (size <= tiny_px)
+        if tiny.any():
+            tiny &= ~_reached(layer, coverage, radius_px, oversampling)
+        rows, columns = np.nonzero((bright & (size > SMALLEST_PX)) | tiny)
         excess = np.maximum(light[:, rows, columns] - mean[:, None], 0.0).astype(np.float64)
         light[:, rows, columns] -= excess.astype(np.float32)
         slopes = radius_slopes(radius, rows, columns, oversampling)
@@ -87,23 +84,23 @@ def take_lights(
     return SmallLights(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
 
 
-def _may_be_hidden(layer: int, place: tuple[int, int], coverage: np.ndarray, radius_px: np.ndarray, oversampling: int) -> bool:
-    """Whether a nearer surface lies so near to a cell in focus that circles of its size reach the cell.
+def _reached(layer: int, coverage: np.ndarray, radius_px: np.ndarray, oversampling: int) -> np.ndarray:
+    """Whether blur circles of nearer surfaces reach cells of a layer in focus, (rows, columns) bool.
 
-    The surface is that of a layer before, or of the same one. Other arguments: as of `take_lights`.
+    Those are layers before it, and its own nearer parts. Circles of up to twice a size count as the largest of them. Arguments:
+    as of `take_lights`.
     """
-    row, column = place
+    from scipy.ndimage import distance_transform_edt  # only lights in focus need it
+
+    reached = np.zeros(radius_px.shape[1:], bool)
     for number in range(layer + 1):
-        reach = math.ceil(float(np.abs(radius_px[number]).max()) * oversampling) + 1
-        top, left = max(row - reach, 0), max(column - reach, 0)
-        around = slice(top, row + reach + 1), slice(left, column + reach + 1)
-        radius = radius_px[number][around]
-        is_nearer = coverage[number][around] > 0.0 if number < layer else radius < radius_px[layer, row, column] - TINY_PX
-        rows, columns = np.nonzero(is_nearer)
-        away = np.hypot(rows + (top - row), columns + (left - column))
-        if (away <= np.abs(radius[rows, columns]) * oversampling + 1.5).any():
-            return True
-    return False
+        size = np.abs(radius_px[number])
+        is_nearer = coverage[number] > 0.0 if number < layer else radius_px[layer] < -TINY_PX
+        octaves = np.ceil(np.log2(np.maximum(size, TINY_PX)))
+        for octave in np.unique(octaves[is_nearer]):
+            circles = is_nearer & (octaves == octave)
+            reached |= distance_transform_edt(~circles) <= size[circles].max() * oversampling + 1.5
+    return reached
 
 
 def has_shares(pupil: Pupil, start: Start) -> bool:
