@@ -192,6 +192,7 @@ def ignored_terms(planned: OpticsPlan, *, moves: bool = False) -> list[ErrorTerm
         planned.contrast,
         scale=projection.scale,
         reads_pixels=planned.reads_pixels and not moves,
+        is_bilinear=projection.is_bilinear,
         open_side=projection.open_side if projection.footprint is None else projection.footprint.side_px,
     )
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from helpers.light_through_filter import through_filter
 from helpers.scene_builders import band_scene
 from scipy.ndimage import map_coordinates
 from scipy.signal import fftconvolve
+from scipy.stats import qmc
 
 from simulator import load_shot, simulate
 from simulator.exposure.motion import Motion
@@ -104,6 +106,35 @@ def test_rays_behind_a_distortion_see_the_light_that_is_seen_in_focus():
     inside = np.s_[2:-2, 2:-2]
     seen, traced = (simulate(shot).mean_electrons[inside].astype(float) for shot in (sharp, rays))
     assert np.abs(traced - seen).max() < 0.1 * np.ptp(seen)
+
+
+@pytest.mark.parametrize("fill_factor", [1.0, 0.5])
+def test_small_circles_behind_a_distortion_leave_what_is_told_of_bilinear_light(fill_factor):
+    """A pixel per photosite, against 4,096 rays of each: 0.27 sigma by their bends at the middles of pixels, 24 told."""
+    squares = 0.1 + (np.random.default_rng(2).random((ROWS, COLUMNS)) > 0.5)
+    radius_px, camera = 0.2, small_camera(COLUMNS, ROWS, fill_factor=fill_factor)
+    lens = dataclasses.replace(LENS, distortion=Distortion(k1=-0.03, unit="half_diagonal"))
+    sharp, blurred = (Shot(band_scene(squares, depth_of(px)), lens, Exposure(1e-3), camera) for px in (0.0, radius_px))
+    blurred = dataclasses.replace(blurred, tolerance=1.0)
+    planned, points = plan(blurred), qmc.Sobol(4, seed=1).random_base2(12)
+    assert planned.optics.defocus is None
+    inside, side = np.s_[3:-3, 3:-3], math.sqrt(fill_factor)
+    row, column = (place[inside][..., None] for place in np.mgrid[:ROWS, :COLUMNS])
+    angle, length = 2.0 * math.pi * points[:, 2], np.sqrt(points[:, 3])
+    x, y = (0.5 + side * (points[:, axis] - 0.5) for axis in (0, 1))
+
+    def means(px):
+        aside = px * length * np.cos(angle), px * length * np.sin(angle)
+        right, down = planned.optics.projection.warp.undistorted(column + x + aside[0], row + y + aside[1])
+        return map_coordinates(squares, np.stack([down, right]) - 0.5, order=1, mode="nearest").mean(axis=-1)
+
+    seen, found = (simulate(shot).mean_electrons[inside].astype(float) for shot in (sharp, blurred))
+    true = seen * means(radius_px) / means(0.0)
+    left = float(np.abs((found - true) / np.sqrt(true + planned.optics.accuracy.read_noise_e**2)).max())
+    assert 0.1 * planned.error_budget.predicted_sigma < left <= planned.error_budget.predicted_sigma, (
+        left,
+        planned.error_budget,
+    )
 
 
 @pytest.mark.slow

@@ -59,8 +59,10 @@ INSIDE_PX = 0.32  # blur radius up to which the image of any aperture stays insi
 OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
 # Light between pixels as large as photosites bends at their middles, and even squares end at their borders: of either a circle
 # leaves 2 / (3 pi) of its radius times the second difference along an axis, the mean of |x| over half the disk.
-OF_BENDS = 2.0 * 2.0 / (3.0 * math.pi)
+HALF_DISK = 2.0 / (3.0 * math.pi)
+OF_BENDS = 2.0 * HALF_DISK
 LONG_EDGES = 2.0 / (8.0 * math.pi)  # of `SceneContrast.along` (`layer_contrast`)
+OF_CELL = 0.103  # of a second difference and the square of samples' sides: what they leave of circles of about their size
 OF_CUT = 1.3  # of the variance that the open side adds where it cuts samples, as found on tilted walls of patches
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
@@ -230,14 +232,18 @@ def ray_terms(defocus: Defocus, contrast: SceneContrast = WORST, *, is_smooth: b
     """Predict what rays leave whose samples, `ray_samples` per axis of a photosite, mix parts of a fine scene's pixels.
 
     is_smooth: whether the scene is no finer than the photosites, whose light is bilinear between its pixels. Samples are even
-        squares, too, in which it bends: by 1 / 24 n^2 of its second difference where circles or a filter end within them.
+        squares, too, in which it bends: by 1 / 24 n^2 of its second difference where circles or a filter end within them. Of
+        circles inside a photosite its borders count, over which steps between samples differ by 1 / n of it.
     """
-    accuracy, smallest_px = defocus.accuracy, min(least for least, _ in defocus.of_scene().ranges_px)
+    accuracy, ranges = defocus.accuracy, defocus.of_scene().ranges_px
+    smallest_px, samples = min(least for least, _ in ranges), accuracy.ray_samples
     if is_smooth:
-        behind = 2.0 * contrast.ends if smallest_px >= 1.0 else math.inf
-        bend = min(contrast.curvature, behind or math.inf)
-        cause = f"rays that meet {accuracy.ray_samples} x {accuracy.ray_samples} samples of a photosite, in which light bends"
-        return [ErrorTerm(BLUR, cause, accuracy.in_sigma(OF_BOTH * bend / (24.0 * accuracy.ray_samples**2)), WHOLE_SCENE)]
+        largest_px = max(most for _, most in ranges)
+        left = contrast.curvature * min(HALF_DISK * largest_px / samples, OF_CELL / samples**2)
+        if smallest_px >= 1.0:
+            left = min(contrast.curvature, 2.0 * contrast.ends or math.inf) / (24.0 * samples**2)
+        cause = f"rays that meet {samples} x {samples} samples of a photosite, in which light bends"
+        return [ErrorTerm(BLUR, cause, accuracy.in_sigma(OF_BOTH * left), WHOLE_SCENE)]
     if not accuracy.detail:
         return []
     left = OF_SQUARES * float(square_error(np.array(smallest_px), accuracy.ray_samples, defocus.scale, accuracy.detail))
@@ -336,26 +342,29 @@ def ignored_error(
     *,
     scale: float = 1.0,
     reads_pixels: bool = False,
+    is_bilinear: bool = False,
     open_side: float = 1.0,
 ) -> list[ErrorTerm]:
     """Predict the error of leaving out all blur, whose largest radius is this [photosites].
 
     contrast: of the scene. scale: its pixels per photosite. With one it does not show where in its pixel a lamp is; of fewer,
         light is bilinear between their centres, whose second difference counts: it bends there, all in the open side of a
-        photosite [photosites]. reads_pixels: as of `error_terms`.
+        photosite [photosites]. reads_pixels: as of `error_terms`. is_bilinear: whether photosites are means of light between
+        pixels, which bends nowhere, however many pixels there are (`Projection`).
     """
     if radius_px == 0.0:
         return []
     is_unknown, is_fine = abs(scale - 1.0) < 1e-3, scale > 1.0
+    is_smooth = scale < 1.0 or is_bilinear
     lamp = lamp_crossing_error(radius_px, scale, accuracy, contrast.few if is_unknown else 0.0)
     smooth = contrast.curvature / WAVE_CURVATURE * copy_error(radius_px) if contrast.crossed is None else contrast.crossed
-    smooth /= open_side if scale < 1.0 and contrast.crossed is None else 1.0
+    smooth /= open_side if is_smooth and contrast.crossed is None else 1.0
     left_out = max(
         smooth,
         crossing_error(radius_px, accuracy.detail),
         radius_px * contrast.crossings,
         lamp if is_fine else 0.0,
-        OF_BENDS * radius_px * contrast.curvature if is_unknown and not reads_pixels else 0.0,
+        OF_BENDS * radius_px * contrast.curvature if is_unknown and not (reads_pixels or is_smooth) else 0.0,
     )
     left_out += radius_px * contrast.shifted
     if reads_pixels and radius_px <= INSIDE_PX:

@@ -34,7 +34,8 @@ class Projection:
 
     A photosite is the exact mean of the scene over its area. In a scene finer than the photosites each pixel is an even square.
     A coarser scene is bilinear between the centres of its pixels, unless it asks for the nearest. At one scene pixel per
-    photosite it is read at the middle of a photosite, which is the mean of even squares, too.
+    photosite it is read at the middle of a photosite, which is the mean of even squares, too; behind a distortion, where
+    photosites are no squares of pixels, it is bilinear light as that of a coarser scene.
 
     scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
     scene_width, scene_height: of the scene's grid [px].
@@ -49,7 +50,8 @@ class Projection:
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
     tilted_parts: upright parts per axis of a photosite whose sides `warp` or `pose` may tilt.
     cuts_pixels: whether pixels as wide as photosites, which lie between them, are even squares as those of a finer scene are.
-    is_bilinear: whether the scene has fewer pixels than photosites, and light between their centres.
+    is_bilinear: whether photosites are means of light between the centres of pixels: those of a coarser scene, or of as many
+        behind a distortion.
     footprint: squares over which `project`, and `project_planes` with a sample per photosite, average bilinear light; nothing
         displaces it then. None: the photosite, or its sample.
     """
@@ -248,6 +250,7 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     else:
         scale = _true_scale(scene, lens, camera)
         _check_coverage(scene, lens, camera)
+    is_coarse = scale < (1.0 - 1e-6 if warp is None else 1.0 + 1e-6)
     return Projection(
         scale=scale,
         offset_x=0.5 * (width - scale * camera.width_px),
@@ -256,7 +259,7 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
         scene_height=height,
         samples=max(1, math.ceil(scale * stretch - 1e-6)),
         nearest=scene.interpolation == "nearest",
-        is_bilinear=scale < 1.0 - 1e-6 and scene.interpolation != "nearest",
+        is_bilinear=is_coarse and scene.interpolation != "nearest",
         warp=warp,
         stretch=stretch,
     )

@@ -250,7 +250,7 @@ class Grid:
     A scene finer than the photosites has samples that divide its pixels, up to `Accuracy.ray_samples` per photosite and axis;
     where none do, it has the most. So has a scene of fewer pixels than photosites: a sample is the mean of its bilinear light.
     Where each photosite has a pixel of its own, that is the only sample; where pixels lie between photosites, which is so where
-    they move, samples are parts of even squares. Photosites behind a distortion are means of bilinear light, in focus as well.
+    they move, samples are parts of even squares.
     """
 
     optics: OpticsPlan
@@ -263,9 +263,9 @@ class Grid:
         self.margin_px = defocus.reach_px + math.ceil(0.5 * projection.low_pass_px) + self.aside_px
         most = self.optics.accuracy.ray_samples
         divides = 1 if projection.has_own_pixels else projection.whole_pixels(range(2, most + 1)) or most
-        is_smooth = projection.is_bilinear or (projection.warp is not None and not projection.has_squares)
-        self.over = most if is_smooth else divides
-        self._projection = replace(projection, nearest=projection.nearest or not (is_smooth or self.over == 1))
+        self.over = most if projection.is_bilinear else divides
+        is_square = not projection.is_bilinear and self.over > 1
+        self._projection = replace(projection, nearest=projection.nearest or is_square)
         self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -23,8 +23,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import Accuracy, grid_error, hidden_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.lamp_laws import SPOT, rim_error, spot_error
-from simulator.optics.defocus.predicted_error import LAYERS, error_terms, ignored_error, predicted_error, squares_left
-from simulator.optics.defocus.scene_contrast import SceneContrast
+from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error, squares_left
 from simulator.optics.defocus.square_kernel import disk_square_weights
 from simulator.optics.lens.distortion import Distortion
 from simulator.pipeline.planner import Plan, measure, plan
@@ -423,47 +422,6 @@ def test_radii_that_show_edges_do_not_share_a_circle(device):
     truth = np.stack(weighed, axis=1) * planned.optics.accuracy.electrons_per_radiance
     truth *= run(planned, shot, device).mean() / truth.mean()
     assert np.quantile(np.abs(z_scores_of_noise(run(planned, shot, device), truth, planned)), 0.999) < 0.2
-
-
-@pytest.mark.parametrize("is_linear", [True, False])
-def test_small_circles_count_by_bends_where_photosites_do_not_read_single_pixels(is_linear):
-    """Random pixels, linear between their middles, or even squares over whose borders circles go: in float64."""
-    parts, side, radius_px = 24, 40, 0.17
-    light = np.random.default_rng(7).random((side, side))
-    places = (np.arange(-8, side * parts + 8) + 0.5) / parts - 0.5
-    y, x = np.meshgrid(places, places, indexing="ij")
-    pixels = map_coordinates(light, (y, x) if is_linear else (np.rint(y), np.rint(x)), order=1, mode="nearest")
-    spread = fftconvolve(pixels, disk_weights(parts * radius_px), mode="same")
-    if is_linear:
-        pixels, spread = (
-            one[8 + parts // 2 - 1 : -8 : parts, 8 + parts // 2 - 1 : -8 : parts]
-            + one[8 + parts // 2 : -8 : parts, 8 + parts // 2 : -8 : parts]
-            for one in (0.5 * pixels, 0.5 * spread)
-        )
-    else:
-        pixels, spread = (one[8:-8, 8:-8].reshape(side, parts, side, parts).mean(axis=(1, 3)) for one in (pixels, spread))
-    bends = max(float(np.quantile(np.abs(np.diff(light, 2, axis=axis)), 0.999)) for axis in (0, 1))
-    left = float(np.quantile(np.abs(spread - pixels)[2:-2, 2:-2], 0.999))
-    accuracy = Accuracy(electrons=1000.0)
-    (term,) = ignored_error(accuracy, radius_px, SceneContrast(curvature=bends))
-    assert 0.4 * term.sigma < accuracy.in_sigma(left) <= term.sigma
-    assert ignored_error(accuracy, radius_px, SceneContrast(curvature=bends), reads_pixels=True)[0].sigma == 0.0
-
-
-@pytest.mark.parametrize("open_side", [1.0, 0.7, 0.5])
-def test_light_that_bends_in_the_open_part_of_a_photosite_counts_there(open_side):
-    """Random columns two photosites wide, linear between their middles, in float64: a small open side holds all of a bend."""
-    parts, side, radius_px = 20, 200, 0.23
-    light = np.random.default_rng(8).random(side // 2)
-    places = (np.arange(side * parts) + 0.5) / (2 * parts) - 0.25  # middles of columns in those of photosites
-    pixels = np.interp(places, np.arange(side // 2), light)
-    lost = pixels - np.convolve(pixels, disk_weights(parts * radius_px).sum(axis=0), mode="same")
-    first = round(0.5 * (1.0 - open_side) * parts)
-    left = np.abs(lost.reshape(side, parts)[2:-2, first : parts - first].mean(axis=1)).max()
-    accuracy = Accuracy(electrons=1000.0)
-    contrast = SceneContrast(curvature=0.5 * float(np.abs(np.diff(light, 2)).max()))
-    (term,) = ignored_error(accuracy, radius_px, contrast, scale=0.5, open_side=open_side)
-    assert 0.9 * term.sigma < accuracy.in_sigma(left) <= term.sigma
 
 
 @pytest.mark.parametrize("radius_px", [0.45, 0.6, 0.98, 1.5, 3.0])
