@@ -16,7 +16,7 @@ from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.path_contrast import SceneParts, parts_around
 from simulator.optics.defocus.path_weights import Lattice, fit_weights, lattices, pixels_of, skewed_pixels
 from simulator.optics.defocus.photosite_area import MOST_REACH, PATH_PX, ReadPath, Way
-from simulator.optics.defocus.scene_contrast import STEEP_PX
+from simulator.optics.defocus.scene_contrast import steep_radii
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
@@ -89,7 +89,7 @@ class _Left:
         self.skew_px = None if followed is None else (followed.x_px, followed.y_px)
         self.image_of = partial(aperture_weights, replace(defocus.pupil, skew=skew))
         least_px = min(max(defocus.ranges_px[0][0], defocus.copied_px), PATH_PX)
-        self.radii_px = [least_px, *(one for one in STEEP_PX if least_px < one < defocus.largest_px)]
+        self.radii_px = steep_radii(least_px, defocus.largest_px)
         if not defocus.maps:
             self.radii_px = [min(max(float(defocus.radii_px[0]), -PATH_PX), PATH_PX)]
 

@@ -310,12 +310,20 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
     if radius_px <= defocus.copied_px or curvature == 0.0:
         return 0.0, 0.0
     if abs(defocus.scale - 1.0) < 1e-6:
-        radii_px = [radius_px, *(one for one in STEEP_PX if radius_px < one < defocus.largest_px)]
-        return _pixel_ends(scene, to_share, defocus, [min(one, WIDEST_END_PX) for one in radii_px])
+        radii_px = [min(one, WIDEST_END_PX) for one in steep_radii(radius_px, defocus.largest_px)]
+        return _pixel_ends(scene, to_share, defocus, radii_px)
     if curvature * twice_blurred_share(radius_px, defocus.scale) <= 12.0 * grid_error(radius_px, 1, defocus.scale):
         return 0.0, 0.0
     bends = _bends_of_parts(scene, to_share, defocus, radius_px) if defocus.scale > 1.0 else 0.0
     return max(bends, _ends_between_pixels(scene, to_share, defocus, radius_px)), 0.0
+
+
+def steep_radii(least_px: float, largest_px: float) -> list[float]:
+    """Radii among these [photosites] at which even squares leave most of light between pixels.
+
+    Up to the next pixels they leave more the larger a circle is, and beyond those less: the largest counts where it is smaller.
+    """
+    return [least_px, *(one for one in (*STEEP_PX, largest_px) if least_px < one <= min(largest_px, STEEP_PX[-1]))]
 
 
 def _bends_of_squares(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:

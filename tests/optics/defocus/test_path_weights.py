@@ -155,6 +155,22 @@ def test_random_pixels_that_move_keep_what_is_told(radius_px, way_px, most_told,
     assert z <= told + 0.01 and told <= most_told  # points of the disk leave 0.006 of the truth
 
 
+def test_a_slope_that_moves_near_the_focus_states_its_largest_circles(device):
+    """Even squares blur circles inside a photosite the less the larger they are: those of 0.05 to 0.4 photosites."""
+    light, way_px = np.random.default_rng(7).random((SIDE, SIDE)), (0.3, 0.2)
+    radii_px = np.linspace(0.05, 0.4, SIDE)
+    still = moving_shot(light, 1.0, way_px)
+    shot = replace(still, scene=band_scene(light, depth_of(radii_px[None].repeat(SIDE, 0))))
+    planned = measure(plan(shot), device)
+    found, inside = run(planned, shot, device), (slice(3, -3), slice(3, -3))
+    weights = [exact_weights(radius_px, (-way_px[0], -way_px[1]), points=400, reach=2) for radius_px in radii_px]
+    true = np.stack([correlate(light, own, mode="nearest")[:, column] for column, own in enumerate(weights)], axis=1)
+    true *= found[inside].sum() / true[inside].sum()
+    left = np.quantile(np.abs(z_scores(found, true, planned))[inside], 0.999)
+    told = max(term.sigma for term in planned.error_budget.terms if term.cause.startswith("means"))
+    assert 0.2 * told < left <= told, (left, told)
+
+
 def shot_between_pixels(light, radius_px):
     """Of a row more than the sensor has: each photosite lies in the middle between two of its pixels."""
     assert light.shape == (SIDE + 1, SIDE)
