@@ -13,7 +13,7 @@
 #include "conventions.h"
 #include "cfa.h"
 #include "plain_math.h"
-#define BATCH 1
+#define BATCH (COLUMNS ? 1 : SPAN) // photosites of a line, which have one pose
 #include "photosite_squares.h"
 #include "swept_area.h"
 
@@ -85,17 +85,16 @@ kernel void swept_places(global const float *restrict planes, global const float
     take_rests(&projection, sweep.rests);
     const uint channel = colour_of((uint)first, row, sweep);
     float value[SPAN], cover[SPAN], weight[SPAN], passed[SPAN], sum[SPAN];
-    for (uint i = 0; i < SPAN; i++) sum[i] = passed[i] = 0.0f;
+    for (uint i = 0; i < SPAN; i++) sum[i] = passed[i] = cover[i] = 0.0f;
     for (uint k = 0; k < sweep.instants; k++) {
-        for (uint i = 0; i < SPAN; i++) {
-            const uint own = (uint)(first + (int)(STEP * i)), column = own < sweep.width ? own : 0;
+        for (uint i = 0; i < SPAN; i += BATCH) {
+            const uint own = (uint)(first + (int)(STEP * i)), column = !COLUMNS || own < sweep.width ? own : 0;
             global const float *pose = poses + ((COLUMNS ? column : row) * sweep.instants + k) * (POSE_NUMBERS + 1);
             take_pose(&projection, pose + 1);
             const int x = sweep.origin_x + (int)column, y = sweep.origin_y + (int)row;
-            squares(planes + channel * pixels, x, 0, y, INSET, SIDE, 1, channel, projection, value + i);
-            weight[i] = pose[0];
-            cover[i] = 0.0f;
-            if (COVERED) squares(planes + CHANNELS * pixels, x, 0, y, INSET, SIDE, 1, channel, projection, cover + i);
+            squares(planes + channel * pixels, x, STEP, y, INSET, SIDE, BATCH, channel, projection, value + i);
+            if (COVERED) squares(planes + CHANNELS * pixels, x, STEP, y, INSET, SIDE, BATCH, channel, projection, cover + i);
+            for (uint n = 0; n < BATCH; n++) weight[i + n] = pose[0];
         }
         add_span(value, cover, weight, open + open_row(k, sweep), passed, sum);
     }

@@ -155,7 +155,10 @@ def sum_bands() -> None:
 
 
 def take_distorted() -> None:
-    """A fine scene behind a small blur circle and a lens that distorts: photosites are parallelograms, gathered in parts."""
+    """A fine scene behind a small blur circle and a lens that distorts: photosites are parallelograms, gathered in parts.
+
+    And a pan of one pixel per photosite, in focus.
+    """
     rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB")
     scene = band_scene(rng.random((27, 49, camera.channels)), 2.01)
     lens = ThinLens(50.0, 4.0, 2.0, distortion=Distortion(k1=-0.05, unit="half_diagonal"))
@@ -163,6 +166,11 @@ def take_distorted() -> None:
     assert planned.tiles is not None and not planned.tiles.chosen.sample_grids()
     assert planned.optics.projection.parts_per_axis(1) > 1
     expose(planned, open_device())
+    wide = small_camera(34, 10, "RGGB")
+    pan = Motion(camera=SteadyMotion(pan_deg_per_s=20.0))
+    moving = plan(Shot(band_scene(rng.random((10, 34, wide.channels)), 2.0), lens, Exposure(0.001), wide, motion=pan))
+    assert moving.optics.motion is not None and not moving.optics.sweeps_rows
+    expose(moving, open_device())
     print("done", devices()[0].name)
 
 
