@@ -14,9 +14,11 @@ from simulator.optics.defocus.predicted_error import (
     small_circles,
     terms_by_distance,
 )
-from simulator.optics.defocus.scene_light import mixed_edges_error
+from simulator.optics.defocus.scene_light import mixed_edges_error, scene_detail
 from simulator.optics.error_term import WINGS, ErrorTerm, Limit, together
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
+from simulator.optics.geometry.posed_projection import lean_error
+from simulator.optics.geometry.projection import TILTED_PARTS
 from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.veiling_glare import glare_errors
@@ -24,7 +26,7 @@ from simulator.scene.content_keys import freeze
 
 ROUNDING = 1.001  # of a prediction that was chosen to be the tolerance
 REFERENCE_SIGMA = 0.05  # what 99.9 % of the photosites keep on the reference path: 3.3 standard errors of its rays
-ILLUMINATION = "relative illumination"  # effect of its term
+DISTORTION, ILLUMINATION = "distortion", "relative illumination"  # effects of their terms
 TIGHTER, UNKNOWN = "give a smaller tolerance", "it is gone without lens.diffraction and lens.aberrations"
 SMALLEST_SIGMA = 1e-4  # prediction below which a term is not worth a line
 
@@ -144,6 +146,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: together(term.sigma for term in found))
     terms += _mixed_edges(optics)
+    terms += _leaning(optics, smallest_px or 0.0)
     paths_px = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
     blur_px = optics.ignored_px if optics.defocus is None else optics.defocus.largest_px
     terms += glare_errors(
@@ -169,6 +172,22 @@ def _rows_between(optics: OpticsPlan) -> list[ErrorTerm]:
 def _rays_meet_pixels(optics: OpticsPlan) -> bool:
     """Whether samples that rays meet divide the pixels of the scene, so that each of them lies in one."""
     return bool(optics.projection.whole_pixels(range(1, optics.accuracy.ray_samples + 1)))
+
+
+def _leaning(optics: OpticsPlan, radius_px: float) -> list[ErrorTerm]:
+    """Term of photosites that lean behind a distortion. radius_px: of the smallest blur circle [photosites]."""
+    scene, projection, accuracy = optics.scene, optics.projection, optics.accuracy
+    if projection.warp is None:
+        return []
+    parts = TILTED_PARTS if projection.is_fine else projection.samples
+    if accuracy.tolerance == 0.0 and optics.defocus is not None:
+        parts = max(parts, accuracy.ray_samples)
+    settings = optics.weights, accuracy.electrons_per_radiance, accuracy
+    key = "detail that leans", freeze(optics.weights), accuracy
+    detail = accuracy.detail or scene.remember(key, lambda: scene_detail(scene, *settings))
+    share = lean_error(projection, *optics.sensor_px, parts, radius_px, detail)
+    cause = f"photosites that lean, in {parts} x {parts} upright parts"
+    return [ErrorTerm(DISTORTION, cause, accuracy.in_sigma(share), "it is gone without lens.distortion")]
 
 
 def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:

@@ -158,6 +158,27 @@ def test_a_distorted_photosite_is_the_mean_over_its_own_area(size, fill_factor):
     assert np.abs(found - truth).max() < 0.0015  # tilted sides as steps: 0.009 with one rectangle
 
 
+@pytest.mark.parametrize(("scale", "k1"), [(2.0, -0.05), (1.0, -0.05), (1.0, 0.05), (0.7, -0.05)])
+def test_photosites_that_lean_leave_what_is_told(scale, k1):
+    """Black and white pixels of 70,000 e-, of which 0.5 to 2.3 sigma was left and nothing told: against 2^15 points of each."""
+    width, height = 96, 72
+    squares = 0.05 + 0.95 * (np.random.default_rng(6).random((int(height * scale), int(width * scale))) > 0.5)
+    lens = ThinLens(50.0, 1.4, cos4=False, distortion=Distortion(k1=k1, unit="half_diagonal"))
+    shot = Shot(band_scene(squares, math.inf), lens, Exposure(0.01), small_camera(width, height))
+    planned = plan(shot)
+    projection = planned.optics.projection
+    assert planned.optics.defocus is None and planned.optics.accuracy.electrons > 1e4
+    row, column = np.random.default_rng(3).integers([2, 2], [height - 2, width - 2], (200, 2)).T[..., None]
+    points = qmc.Sobol(2, seed=1).random_base2(15)
+    x, y = projection.warp.undistorted(column + points[:, 0], row + points[:, 1])
+    places = np.stack([projection.offset_y + projection.scale * y, projection.offset_x + projection.scale * x]) - 0.5
+    truth = map_coordinates(squares, places, order=int(scale <= 1.0), mode="nearest").mean(axis=1)
+    seen = simulate(shot).mean_electrons.astype(float)[row[:, 0], column[:, 0]]
+    truth *= seen.sum() / truth.sum()
+    left = np.quantile(np.abs(seen - truth) / np.sqrt(truth + planned.optics.accuracy.read_noise_e**2), 0.999)
+    assert 0.2 * planned.error_budget.predicted_sigma < left <= planned.error_budget.predicted_sigma
+
+
 def line_means(offset, scale, first, count, over, pixels):
     """Matrix (samples, pixels): means of a line through the pixels' centres over samples, by its integral in float64."""
 
