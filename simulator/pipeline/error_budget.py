@@ -179,7 +179,7 @@ def _leaning(optics: OpticsPlan, radius_px: float) -> list[ErrorTerm]:
     scene, projection, accuracy = optics.scene, optics.projection, optics.accuracy
     if projection.warp is None:
         return []
-    parts = TILTED_PARTS if projection.is_fine else projection.samples
+    parts = TILTED_PARTS if projection.has_squares else projection.samples
     if accuracy.tolerance == 0.0 and optics.defocus is not None:
         parts = max(parts, accuracy.ray_samples)
     settings = optics.weights, accuracy.electrons_per_radiance, accuracy

@@ -42,7 +42,7 @@ def lean_error(projection: Projection, width_px: int, height_px: int, parts: int
     """
     if projection.warp is None:
         return 0.0
-    share = OF_TILT if projection.is_fine else OF_SMOOTH_TILT * min(projection.scale, 1.0) ** 2
+    share = OF_TILT if projection.has_squares else OF_SMOOTH_TILT * min(projection.scale, 1.0) ** 2
     hidden = max(abs(radius_px) / LEAN_PX, 1.0) ** 2
     return share * detail * projection.warp.tilt(width_px, height_px) / (parts**2 * hidden)
 
