@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from helpers.area_truth import photosite_means
+from scipy.ndimage import map_coordinates
 from scipy.stats import qmc
 
 from audit.seen_places import SeenPlaces, radius_px
@@ -38,7 +39,7 @@ class Truth:
 def is_simple(shot: Shot, planned: Plan) -> bool:
     """Whether this module knows all of the shot: surfaces at one distance each, an ideal lens, and a scene of even squares.
 
-    Of fewer pixels than photosites it knows one surface at rest.
+    Of fewer pixels than photosites it knows one surface at rest, and a wall behind a distortion, of as many pixels as well.
     The lens is a pinhole or has a round aperture or blades, and may distort. A low-pass filter makes four spots. Camera and
     layers may move; lines of a rolling shutter are rows.
     """
@@ -46,7 +47,9 @@ def is_simple(shot: Shot, planned: Plan) -> bool:
     scene = load_scene(shot.scene)
     if not isinstance(lens, ThinLens | Pinhole) or scene.deep is not None:
         return False
-    if not optics.projection.is_fine and not (optics.projection.is_bilinear and _has_one_image(shot, planned)):
+    is_wall = not scene.behind and scene.coverage is None
+    is_known = _has_one_image(shot, planned) or (is_wall and optics.projection.warp is not None)
+    if not optics.projection.is_fine and not (optics.projection.is_bilinear and is_known):
         return False
     plain_lens = not (lens.has_diffraction or lens.pupil.stops or lens.veiling_glare) and lens.psf is None
     plain_lens &= lens.falloff is None and (lens.distortion is None or set(lens.distortion.lateral) == {1.0})
@@ -171,6 +174,9 @@ def _one_set(shot: Shot, planned: Plan, seed: int, points: int) -> np.ndarray:
             if area is not None:
                 light = area.means(at_x, at_y, channels)
                 break
+            if planned.optics.projection.is_bilinear:  # a wall
+                light = layer.between(at_x, at_y, channels)
+                break
             row, column = layer.pixels(at_x, at_y)
             light += through * layer.light[row, column, channels]
             if layer.coverage is None:
@@ -196,6 +202,12 @@ class _Surface:
         """Row and column of the squares at places of the scene."""
         height, width, _ = self.light.shape
         return np.clip(np.floor(at_y).astype(int), 0, height - 1), np.clip(np.floor(at_x).astype(int), 0, width - 1)
+
+    def between(self, at_x: np.ndarray, at_y: np.ndarray, channels: np.ndarray) -> np.ndarray:
+        """Light of its channel at places of the scene, linear between the middles of pixels."""
+        places, planes = [at_y - 0.5, at_x - 0.5], np.moveaxis(self.light, -1, 0)
+        found = np.stack([map_coordinates(plane, places, order=1, mode="nearest") for plane in planes])
+        return np.asarray(np.take_along_axis(found, channels[None], axis=0)[0])
 
 
 class _AreaMeans:

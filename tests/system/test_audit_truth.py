@@ -54,6 +54,10 @@ def test_wings_of_diffraction_that_a_truth_shares_do_not_count_as_its_error(tmp_
 BLADES = {"focal_length": "50 mm", "f_number": "f/2", "focus_distance": "2 m", "aperture": {"blades": 5, "rotation": "20 deg"}}
 KNOWN = {
     "distortion": {"lens": {**BLADES, "distortion": {"k1": -0.08, "unit": "half_diagonal"}}},
+    "distortion of a pixel per photosite": {
+        "lens": {**BLADES, "distortion": {"k1": -0.08, "unit": "half_diagonal"}},
+        "camera": {"base": "ideal", "width": 40, "height": 32},
+    },
     "pinhole": {
         "lens": {"pinhole": {"diameter": "0.02 mm", "distance": "20 mm", "diffraction": False}},
         "scene": {"image": "light.npy", "luminance": "20000 cd/m^2"},
