@@ -16,8 +16,8 @@ from simulator.optics.defocus.predicted_error import (
 )
 from simulator.optics.defocus.scene_light import mixed_edges_error, scene_detail
 from simulator.optics.error_term import WINGS, ErrorTerm, Limit, together
+from simulator.optics.geometry.leaning_photosites import lean_error
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
-from simulator.optics.geometry.posed_projection import lean_error
 from simulator.optics.geometry.projection import TILTED_PARTS
 from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan

@@ -4,23 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from simulator.optics.geometry.leaning_photosites import OF_TILT
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import TILTED_PARTS, Projection
 
 SEEN_POSES = 33  # of many, whose largest stretch and parts are looked for
 POSE_NUMBERS = 10  # of `pose_numbers`
-TILT_SHARE, OF_TILT = 0.2, 0.45  # of the allowed error, for photosites that lean; and of that (`posed`)
+TILT_SHARE = 0.2  # of the allowed error, for photosites that lean
 TILT_PARTS = 1, 2, TILTED_PARTS  # upright parts per axis that these may have
-OF_SMOOTH_TILT = 1.0 / 8.0  # the same as OF_TILT of light that is linear between pixels as large as photosites (`lean_error`)
-LEAN_PX = 0.5  # radius of a blur circle from which on it hides that photosites lean
 
 
 def posed(projection: Projection, plan: MotionPlan, homography: np.ndarray, allowed: float = 0.0) -> Projection:
     """Return the projection of a scene at rest onto a sensor whose places are moved by a homography (3, 3).
 
     allowed: error, as a share of the brightest light, of which photosites have TILT_SHARE that are seen in as few upright parts
-    as do. Such a part in place of a parallelogram that leans by t of its side moves a triangle of t / 8 of it over an edge
-    along that side; n x n parts leave OF_TILT t / n^2 of random black and white pixels, in 99.9 % of the photosites.
+    as do: n x n parts leave OF_TILT t / n^2 of random black and white pixels, of sides that lean by t of their length.
     """
     geometry = plan.path.motion.geometry
     tilt, stretch = shape_of(homography, geometry.width_px, geometry.height_px)
@@ -29,22 +27,6 @@ def posed(projection: Projection, plan: MotionPlan, homography: np.ndarray, allo
     parts = next((n for n in TILT_PARTS if OF_TILT * tilt <= n**2 * TILT_SHARE * allowed), TILT_PARTS[-1])
     pose = tuple(pose_numbers(plan, homography).tolist())
     return replace(projection, pose=pose, stretch=projection.stretch * stretch, tilted_parts=parts)
-
-
-def lean_error(projection: Projection, width_px: int, height_px: int, parts: int, radius_px: float, detail: float) -> float:
-    """Error of photosites that lean behind a distortion, in `parts` x `parts` upright parts, as a share of the brightest light.
-
-    Of even squares it is OF_TILT t / n^2 of their differences (`posed`), of linear light OF_SMOOTH_TILT in place of OF_TILT: by
-    the mean product of x and y of a parallelogram, which its parts lack. Circles leave 1 / 4R^2 of either. Random black and
-    white pixels leave 0.3 to 0.9 of it, in 99.9 % of the photosites.
-    width_px, height_px: of the sensor [photosites]. radius_px: of the smallest blur circle [photosites]. detail: difference
-    between pixels, of `scene_detail`.
-    """
-    if projection.warp is None:
-        return 0.0
-    share = OF_TILT if projection.has_squares else OF_SMOOTH_TILT * min(projection.scale, 1.0) ** 2
-    hidden = max(abs(radius_px) / LEAN_PX, 1.0) ** 2
-    return share * detail * projection.warp.tilt(width_px, height_px) / (parts**2 * hidden)
 
 
 def most_parted(projection: Projection, plan: MotionPlan, allowed: float) -> Projection:
