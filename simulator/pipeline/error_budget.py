@@ -16,9 +16,8 @@ from simulator.optics.defocus.predicted_error import (
 )
 from simulator.optics.defocus.scene_light import mixed_edges_error, scene_detail
 from simulator.optics.error_term import WINGS, ErrorTerm, Limit, together
-from simulator.optics.geometry.leaning_photosites import lean_error
+from simulator.optics.geometry.leaning_photosites import lean_error, upright_parts
 from simulator.optics.geometry.motion_errors import MOTION, motion_errors
-from simulator.optics.geometry.projection import TILTED_PARTS
 from simulator.optics.geometry.rows_between import PHASES
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.veiling_glare import glare_errors
@@ -179,8 +178,8 @@ def _leaning(optics: OpticsPlan, radius_px: float) -> list[ErrorTerm]:
     scene, projection, accuracy = optics.scene, optics.projection, optics.accuracy
     if projection.warp is None:
         return []
-    parts = TILTED_PARTS if projection.has_squares else projection.samples
-    if accuracy.tolerance == 0.0 and optics.defocus is not None:
+    parts = upright_parts(projection)
+    if accuracy.tolerance == 0.0 and optics.defocus is not None:  # rays meet samples
         parts = max(parts, accuracy.ray_samples)
     settings = optics.weights, accuracy.electrons_per_radiance, accuracy
     key = "detail that leans", freeze(optics.weights), accuracy

@@ -276,8 +276,9 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         method = f"swept along its path by its {weights}{before}"
         return Pass(name, True, method, pixels, 4 * pixels, error, cost)
     over = 1 if motion.blur is None else motion.blur.samples_per_axis
-    key, reads = "sweep by place", float((-(-projection.samples // over)) ** 2)
-    if not projection.is_bilinear:
+    if projection.is_bilinear:
+        key, reads = "sweep by place", float((-(-projection.samples // over)) ** 2)
+    else:
         key, reads = "sweep by part", part_work(projection, over)
     if optics.sweeps_rows:
         key, reads = "sweep", 1.2 * projection.taps(1.0 / over) if projection.is_fine else 1.0

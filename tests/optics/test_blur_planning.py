@@ -110,7 +110,7 @@ def test_rays_behind_a_distortion_see_the_light_that_is_seen_in_focus():
 
 @pytest.mark.parametrize("fill_factor", [1.0, 0.5])
 def test_small_circles_behind_a_distortion_leave_what_is_told_of_bilinear_light(fill_factor):
-    """A pixel per photosite, against 4,096 rays of each: 0.27 sigma by their bends at the middles of pixels, 24 told."""
+    """A pixel per photosite, against 4,096 rays of each: 1.5 to 1.9 sigma, 5.5 told."""
     squares = 0.1 + (np.random.default_rng(2).random((ROWS, COLUMNS)) > 0.5)
     radius_px, camera = 0.2, small_camera(COLUMNS, ROWS, fill_factor=fill_factor)
     lens = dataclasses.replace(LENS, distortion=Distortion(k1=-0.03, unit="half_diagonal"))
@@ -131,10 +131,7 @@ def test_small_circles_behind_a_distortion_leave_what_is_told_of_bilinear_light(
     seen, found = (simulate(shot).mean_electrons[inside].astype(float) for shot in (sharp, blurred))
     true = seen * means(radius_px) / means(0.0)
     left = float(np.abs((found - true) / np.sqrt(true + planned.optics.accuracy.read_noise_e**2)).max())
-    assert 0.1 * planned.error_budget.predicted_sigma < left <= planned.error_budget.predicted_sigma, (
-        left,
-        planned.error_budget,
-    )
+    assert 0.1 * planned.error_budget.predicted_sigma < left <= planned.error_budget.predicted_sigma
 
 
 @pytest.mark.slow

@@ -156,7 +156,7 @@ def test_random_pixels_that_move_keep_what_is_told(radius_px, way_px, most_told,
 
 
 def test_a_slope_that_moves_near_the_focus_states_its_largest_circles(device):
-    """Even squares blur circles inside a photosite the less the larger they are: those of 0.05 to 0.4 photosites."""
+    """Circles of 0.05 to 0.4 photosites, of which even squares leave more the larger they are: 13 sigma, 3.7 told."""
     light, way_px = np.random.default_rng(7).random((SIDE, SIDE)), (0.3, 0.2)
     radii_px = np.linspace(0.05, 0.4, SIDE)
     still = moving_shot(light, 1.0, way_px)

@@ -1,0 +1,52 @@
+"""What upright parts leave of photosites that lean, against fine parts of their parallelograms."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.lens_frame import LENS
+from helpers.scene_builders import band_scene
+from scipy.ndimage import map_coordinates
+from scipy.signal import fftconvolve
+
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.geometry.leaning_photosites import lean_error, upright_parts
+from simulator.optics.lens.distortion import Distortion
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+
+
+@pytest.mark.parametrize("radius_px", [0.5, 1.0, 3.5])
+@pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
+def test_circles_hide_that_photosites_lean_as_is_told(scale, radius_px):
+    """Black and white pixels on 64 x 64 fine parts of each photosite, whose sides all lean alike.
+
+    Even squares, two per photosite and axis, or linear between the middles of one.
+    """
+    fine, side, beside, points = 64, 32, 4, 24
+    squares = (np.random.default_rng(1).random((int(scale * (side + 2 * beside)),) * 2) > 0.5).astype(float)
+    lens = dataclasses.replace(LENS, distortion=Distortion(k1=-0.06, unit="half_diagonal"))
+    shot = Shot(band_scene(squares, 2.0), lens, Exposure(1e-3), small_camera(side + 2 * beside, side + 2 * beside))
+    projection, size = plan(shot).optics.projection, (side + 2 * beside,) * 2
+    lean, parts = projection.warp.tilt(*size), upright_parts(projection)
+    places = np.meshgrid(*2 * [(np.arange(fine * size[0]) + 0.5) * scale / fine - 0.5], indexing="ij")
+    light = map_coordinates(squares, places, order=int(scale == 1.0), mode="nearest")
+    light = fftconvolve(light, disk_weights(fine * radius_px), mode="same")
+    y, x = (np.indices((points, points)).reshape(2, -1) + 0.5) / points
+    first = beside + np.arange(side)
+
+    def means(of_x, of_y):
+        """Means over parallelograms whose sides lean by these numbers of where a point lies along the other axis."""
+        found = np.zeros((side, side))
+        for right, down in zip(x + lean * of_y, y + lean * of_x, strict=True):
+            rows, columns = (np.round((first + away) * fine - 0.5).astype(int) for away in (down, right))
+            found += light[np.ix_(rows, columns)]
+        return found / len(x)
+
+    in_parts = [(np.floor(place * parts) + 0.5) / parts - 0.5 for place in (x, y)]
+    left = np.quantile(np.abs(means(x - 0.5, y - 0.5) - means(*in_parts)), 0.999)
+    told = lean_error(projection, *size, parts, radius_px, 1.0)
+    print("LEFT", radius_px, left / told, lean)
+    assert 0.3 * told < left <= told
