@@ -30,7 +30,6 @@ struct block_view {
 };
 
 #if TURNS
-INLINE float size_of(const float v) { return v < 0.0f ? -v : v; }
 
 // Whole number from `least` to `most`.
 INLINE int limited(const int i, const int least, const int most) { return i < least ? least : i < most ? i : most; }

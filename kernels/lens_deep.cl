@@ -31,9 +31,8 @@ struct deep_picture {
 // Turn a place on the sensor [photosites] into the scene position [pixels] that a channel sees there.
 INLINE void scene_position(float *x, float *y, const uint channel, const struct deep_picture picture) {
 #if DISTORTION
-    float right, down;
-    undistort(*x, *y, channel, &right, &down);
-    *x += right, *y += down;
+    const struct displacement way = undistort(*x, *y, channel);
+    *x += way.right, *y += way.down;
 #endif
     *x = picture.offset_x + picture.scale * *x;
     *y = picture.offset_y + picture.scale * *y;

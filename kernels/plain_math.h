@@ -7,6 +7,7 @@
 
 INLINE float smaller(const float a, const float b) { return a < b ? a : b; }
 INLINE float larger(const float a, const float b) { return a > b ? a : b; }
+INLINE float size_of(const float v) { return v < 0.0f ? -v : v; }
 
 // Nearest of the numbers from 0 to count - 1.
 INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }

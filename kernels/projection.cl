@@ -1,7 +1,6 @@
 // Projection of the scene's grid onto photosites. A photosite, or a sample of one, is the mean of the scene over its own square
-// (photosite_area.h). Beyond the grid its edge pixels continue.
+// (photosite_area.h). Beyond the grid its edge pixels continue. SPAN: samples of a work-item along a row.
 //
-// SPAN:    samples of a work-item along a row. Where a lens distorts, their places are computed together, and then the scene is read.
 // planes:  (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
 // mosaic:  (rows, columns) float32, each photosite's own colour, over its open area, INSET photosites from its border
 //          (projection_mosaic).
@@ -16,20 +15,21 @@
 #include "cfa.h"
 #include "interleaved_columns.h"
 #include "plain_math.h"
-#define BATCH SPAN
 #include "photosite_squares.h"
 
-// Dimension 0: columns of photosites; 1: rows.
-kernel void projection_mosaic(global const float *restrict planes, global float *restrict mosaic, const uint scene_width,
+// Dimension 0: spans of each of two sets of columns, as in a mosaic each has one colour in a row; 1: rows.
+kernel void projection_mosaic(global const float *restrict planes, global float *restrict mosaic, const uint width, const uint scene_width,
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
                               const float offset_x, const float offset_y, global const float *restrict pose) {
     const struct projection projection = projection_of(scene_width, scene_height, scale, offset_x, offset_y, pose);
-    const size_t column = get_global_id(0), row = get_global_id(1);
-    const uint channel = cfa_plane(column, row);
+    const uint column = 2 * SPAN * (get_global_id(0) / 2) + get_global_id(0) % 2, row = get_global_id(1), channel = cfa_plane(column, row);
     const int x = origin_x + (int)column, y = origin_y + (int)row;
     float mean[SPAN];
-    squares(planes + (size_t)channel * scene_width * scene_height, x, 1, y, INSET, 1.0f - 2.0f * INSET, 1, channel, projection, mean);
-    mosaic[row * get_global_size(0) + column] = mean[0];
+    struct displacements lens;
+    see_through(x, 2, y, INSET, 1.0f - 2.0f * INSET, channel, &lens);
+    squares(planes + (size_t)channel * scene_width * scene_height, x, 2, y, INSET, 1.0f - 2.0f * INSET, SPAN, &lens, 0, projection, mean);
+    for (uint i = 0; i < SPAN; i++)
+        if (column + 2 * i < width) mosaic[(size_t)row * width + column + 2 * i] = mean[i];
 }
 
 // Dimension 0: spans of columns of a set; 1: rows of samples; 2: column sets of all channels.
@@ -41,7 +41,9 @@ kernel void projection_planes(global const float *restrict planes, global float 
     const int x = OVER * origin_x + (int)(COLUMN_SETS * column + set % COLUMN_SETS), y = OVER * origin_y + (int)row;
     global float *to = sampled + row_start(COLUMN_SETS * first_plane + set, row, rows, SPAN * get_global_size(0)) + column;
     float mean[SPAN];
-    squares(planes + channel * scene_width * scene_height, x, 2, y, 0.0f, 1.0f / OVER, SPAN, channel, projection, mean);
+    struct displacements lens;
+    see_through(x, 2, y, 0.0f, 1.0f / OVER, channel, &lens);
+    squares(planes + channel * scene_width * scene_height, x, 2, y, 0.0f, 1.0f / OVER, SPAN, &lens, 0, projection, mean);
     for (uint i = 0; i < SPAN; i++) to[i] = mean[i];
 }
 

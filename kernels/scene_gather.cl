@@ -11,10 +11,11 @@
 // light:      (mosaics, height, width) float32 [e- s^-1 um^-2 sr^-1], of which one is made.
 // tiles:      (tiles) struct gathered_tile. rectangles: (RECTANGLES) struct rectangle.
 // pose:       as in projection.cl.
-// TAPS:       most scene pixels on either axis that a part of a photosite and its blur circle touch. INSET, SPLIT as in projection.cl.
+// TAPS:       most scene pixels on either axis that a part of a photosite and its blur circle touch. INSET: as in projection.cl.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "moved_interval.h"
 #include "plain_math.h"
 #include "photosite_area.h"
 
@@ -39,22 +40,12 @@ struct gather {
     uint map_rows, set_columns; // rows of each map, and columns of each of its column sets
 };
 
-// Mean of max(place + t, 0) over t from -half to half.
-INLINE float ramp(const float place, const float range) {
-    const float above = place + range, bent = above * above / (4.0f * range);
-    return place >= range ? place : (above > 0.0f ? bent : 0.0f);
-}
-
-// Share of each of TAPS pixels in the mean over the interval of width `wide` that begins at `low`, moved by all of -range
-// to range [px from the start of the first pixel].
-INLINE void overlaps(const float low, const float wide, const float range, float *shares) {
-    const float moved = larger(range, 1.0e-6f);
-    float before = ramp(low + wide, moved) - ramp(low, moved);
-    for (uint i = 0; i < TAPS; i++) {
-        const float number = (float)(i + 1), after = ramp(low + wide - number, moved) - ramp(low - number, moved);
-        shares[i] = (before - after) / wide;
-        before = after;
-    }
+// Upper left corner of one of SPLIT x SPLIT parts of an area that is upright, each of which is `wide` and `tall` [px].
+INLINE void part_of(const struct area area, const float wide, const float tall, const uint part, float *left, float *top) {
+    const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), middle = 0.5f * (SPLIT - 1);
+    const float step_x = area.wide * (1.0f / SPLIT), step_y = area.tall * (1.0f / SPLIT);
+    *left = area.left + 0.5f * (step_x - wide) + m * step_x + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
+    *top = area.top + 0.5f * (step_y - tall) + n * step_y + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
 }
 
 // Dimension 0: columns of a tile; 1: its rows; 2: tiles.
@@ -78,7 +69,9 @@ kernel void scene_gather(global const float *restrict planes, global const float
     const uint channel = cfa_plane((uint)column, (uint)row);
     global const float *plane_of_channel = planes + (size_t)channel * scene_width * scene_height;
     const float size = 1.0f - 2.0f * INSET;
-    const struct area turned = area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection);
+    const int x_index = frame.origin_x + column, y_index = frame.origin_y + row;
+    const struct displacement lens = moved_by_lens((float)x_index + 0.5f, (float)y_index + 0.5f, channel);
+    const struct area turned = area_of(x_index, y_index, INSET, size, lens, projection);
     struct area area = upright(turned);
     const float side_x = extent(area.wide, area.tilt_right), side_y = extent(area.tall, area.tilt_down);
     const float across = side_x / size * blur, down = side_y / size * blur; // radius of the aperture's image [px]

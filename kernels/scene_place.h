@@ -6,6 +6,7 @@
 #ifndef SCENE_PLACE_H
 #define SCENE_PLACE_H
 #include "conventions.h"
+#include "displacement.h"
 #include "fixed_place.h"
 #if DISTORTION
 #include "distortion.h"
@@ -53,26 +54,37 @@ INLINE struct projection projection_of(const uint scene_width, const uint scene_
     return found;
 }
 
-// How far from a place on the sensor the place lies that a channel sees without distortion and at rest [photosites].
-INLINE void displacement_of(const float x, const float y, const uint channel, const struct projection p, float *right, float *down) {
-    *right = *down = 0.0f;
+// How far the lens moves what a channel sees at a place on the sensor [photosites].
+INLINE struct displacement moved_by_lens(const float x, const float y, const uint channel) {
 #if DISTORTION
-    undistort(x, y, channel, right, down);
+    return undistort(x, y, channel);
+#else
+    const struct displacement none = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    return none;
 #endif
+}
+
+// The same of the lens, as it is given, and then the pose.
+INLINE struct displacement moved_by_pose(const float x, const float y, const struct displacement lens, const struct projection p) {
 #if POSE
-    const float a = (x - p.pivot_x) + *right, b = (y - p.pivot_y) + *down, slope = p.pose[6] * a + p.pose[7] * b;
+    const float a = (x - p.pivot_x) + lens.right, b = (y - p.pivot_y) + lens.down, slope = p.pose[6] * a + p.pose[7] * b;
     const float shrink = 1.0f / (1.0f + slope);
-    *right += (p.pose[0] + p.pose[1] * a + p.pose[2] * b - a * slope) * shrink;
-    *down += (p.pose[3] + p.pose[4] * a + p.pose[5] * b - b * slope) * shrink;
+    const float right = (p.pose[0] + p.pose[1] * a + p.pose[2] * b - a * slope) * shrink;
+    const float down = (p.pose[3] + p.pose[4] * a + p.pose[5] * b - b * slope) * shrink;
+    const struct displacement pose = {right, down,
+                                      (p.pose[1] - slope - (a + right) * p.pose[6]) * shrink, (p.pose[2] - (a + right) * p.pose[7]) * shrink,
+                                      (p.pose[4] - (b + down) * p.pose[6]) * shrink, (p.pose[5] - slope - (b + down) * p.pose[7]) * shrink};
+    return followed_by(lens, pose);
+#else
+    return lens;
 #endif
 }
 
 // Scene position [px] that a channel sees at a place on the sensor [photosites], as one number: for what varies little between pixels.
 INLINE void scene_place(float *x, float *y, const uint channel, const struct projection p) {
-    float right, down;
-    displacement_of(*x, *y, channel, p, &right, &down);
-    *x = p.offset_x + p.scale * (*x + right);
-    *y = p.offset_y + p.scale * (*y + down);
+    const struct displacement way = moved_by_pose(*x, *y, moved_by_lens(*x, *y, channel), p);
+    *x = p.offset_x + p.scale * (*x + way.right);
+    *y = p.offset_y + p.scale * (*y + way.down);
 }
 
 #endif

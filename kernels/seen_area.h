@@ -10,34 +10,20 @@ struct area {
     float tilt_right, tilt_down;    // how far the lower side lies right of the upper, and the right side below the left [px]
 };
 
-#if DISTORTION || POSE
-// Where a channel sees the scene at a place right of and below the corner of a sample [photosites]. column, row: of the sample on the
-// sensor. x, y: become the place.
-INLINE void see_at(const int column, const int row, const float right, const float below, const uint channel, const struct projection p,
-                   struct place *x, struct place *y) {
-    float way_x, way_y;
-    displacement_of((float)column * (1.0f / OVER) + right, (float)row * (1.0f / OVER) + below, channel, p, &way_x, &way_y);
-    displaced_place(p.start_x, p.step, column, p.scale, right, way_x, x);
-    displaced_place(p.start_y, p.step, row, p.scale, below, way_y, y);
-}
-
-// How far a place lies right of or below another [px].
-INLINE float apart_px(const struct place from, const struct place to) { return (float)(to.pixel - from.pixel) + (to.past - from.past); }
-#endif
-
-// The scene's area that a channel sees in a square of `size` photosites, `inset` right of and below the corner of a sample.
-// column, row: of the sample on the sensor, OVER to a photosite.
-INLINE struct area area_of(const int column, const int row, const float inset, const float size, const uint channel,
+// The scene's area that is seen in a square of `size` photosites, `inset` right of and below the corner of a sample.
+// column, row: of the sample on the sensor, OVER to a photosite. lens: displacement at its middle; not read where DISTORTION is 0.
+INLINE struct area area_of(const int column, const int row, const float inset, const float size, const struct displacement lens,
                            const struct projection p) {
 #if DISTORTION || POSE
-    const float middle = inset + 0.5f * size, end = inset + size;
-    struct place left, left_y, right, right_y, top_x, top, bottom_x, bottom;
-    see_at(column, row, inset, middle, channel, p, &left, &left_y);
-    see_at(column, row, end, middle, channel, p, &right, &right_y);
-    see_at(column, row, middle, inset, channel, p, &top_x, &top);
-    see_at(column, row, middle, end, channel, p, &bottom_x, &bottom);
-    const struct area found = {left.pixel, top.pixel, left.past, top.past, apart_px(left, right), apart_px(top, bottom),
-                               apart_px(top_x, bottom_x), apart_px(left_y, right_y)};
+    const float middle = inset + 0.5f * size, side = p.scale * size;
+    const float x = (float)column * (1.0f / OVER) + middle, y = (float)row * (1.0f / OVER) + middle;
+    const struct displacement way = moved_by_pose(x, y, DISTORTION ? lens : moved_by_lens(x, y, 0), p);
+    struct place across, down;
+    displaced_place(p.start_x, p.step, column, p.scale, middle, way.right, &across);
+    displaced_place(p.start_y, p.step, row, p.scale, middle, way.down, &down);
+    const float wide = side * (1.0f + way.right_x), tall = side * (1.0f + way.down_y);
+    const struct area found = {across.pixel, down.pixel, across.past - 0.5f * wide, down.past - 0.5f * tall, wide, tall,
+                               side * way.right_y, side * way.down_x};
 #else
     const struct place x = sample_place(p.start_x, p.step, column), y = sample_place(p.start_y, p.step, row);
     const float left = x.past + p.scale * inset, top = y.past + p.scale * inset;
@@ -50,7 +36,7 @@ INLINE struct area area_of(const int column, const int row, const float inset, c
 INLINE struct area upright(const struct area turned) {
     struct area area = turned;
 #if POSE
-    const float across = turned.wide < 0.0f ? -turned.wide : turned.wide, tilt = turned.tilt_right < 0.0f ? -turned.tilt_right : turned.tilt_right;
+    const float across = size_of(turned.wide), tilt = size_of(turned.tilt_right);
     if (turned.wide > 0.0f && turned.tall > 0.0f && tilt <= across) return area;
     if (tilt > across) {
         area.wide = turned.tilt_right, area.tilt_right = turned.wide;
@@ -84,15 +70,5 @@ INLINE void step_over(const struct area seen, const float size, const float way,
     *down += seen.tilt_down / size * way * right;
 #endif
 }
-
-#if TAPS
-// Upper left corner of one of SPLIT x SPLIT parts of an area that is upright, each of which is `wide` and `tall` [px].
-INLINE void part_of(const struct area area, const float wide, const float tall, const uint part, float *left, float *top) {
-    const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), middle = 0.5f * (SPLIT - 1);
-    const float step_x = area.wide * (1.0f / SPLIT), step_y = area.tall * (1.0f / SPLIT);
-    *left = area.left + 0.5f * (step_x - wide) + m * step_x + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
-    *top = area.top + 0.5f * (step_y - tall) + n * step_y + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
-}
-#endif
 
 #endif

@@ -85,6 +85,8 @@ kernel void swept_places(global const float *restrict planes, global const float
     take_rests(&projection, sweep.rests);
     const uint channel = colour_of((uint)first, row, sweep);
     float value[SPAN], cover[SPAN], weight[SPAN], passed[SPAN], sum[SPAN];
+    struct displacements lens;
+    see_through(sweep.origin_x + first, STEP, sweep.origin_y + (int)row, INSET, SIDE, channel, &lens);
     for (uint i = 0; i < SPAN; i++) sum[i] = passed[i] = cover[i] = 0.0f;
     for (uint k = 0; k < sweep.instants; k++) {
         for (uint i = 0; i < SPAN; i += BATCH) {
@@ -92,8 +94,8 @@ kernel void swept_places(global const float *restrict planes, global const float
             global const float *pose = poses + ((COLUMNS ? column : row) * sweep.instants + k) * (POSE_NUMBERS + 1);
             take_pose(&projection, pose + 1);
             const int x = sweep.origin_x + (int)column, y = sweep.origin_y + (int)row;
-            squares(planes + channel * pixels, x, STEP, y, INSET, SIDE, BATCH, channel, projection, value + i);
-            if (COVERED) squares(planes + CHANNELS * pixels, x, STEP, y, INSET, SIDE, BATCH, channel, projection, cover + i);
+            squares(planes + channel * pixels, x, STEP, y, INSET, SIDE, BATCH, &lens, i, projection, value + i);
+            if (COVERED) squares(planes + CHANNELS * pixels, x, STEP, y, INSET, SIDE, BATCH, &lens, i, projection, cover + i);
             for (uint n = 0; n < BATCH; n++) weight[i + n] = pose[0];
         }
         add_span(value, cover, weight, open + open_row(k, sweep), passed, sum);

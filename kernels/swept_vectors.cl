@@ -13,7 +13,7 @@
 #include "conventions.h"
 #include "cfa.h"
 #include "plain_math.h"
-#define BATCH 1
+#define SPAN 1
 #include "photosite_squares.h"
 #define SIDE (1.0f - 2.0f * INSET)
 #define TURNS 5    // steps of each search
@@ -22,11 +22,9 @@
 struct sweep {
     int origin_x, origin_y;         // photosite of the sensor at [0, 0] of the frame
     uint instants, scene_width, scene_height; // of each line; of the scene's grid [px]
-    float scale;                    // scene pixels per photosite
-    float offset_x, offset_y, rests[3]; // scene position of the sensor's upper left corner [px]; what float32 leaves of the three
+    float scale, offset_x, offset_y, rests[3]; // px per photosite; scene position of the sensor's corner [px]; their float32 rests
 };
 
-INLINE float size_of(const float value) { return value < 0.0f ? -value : value; }
 INLINE float bounded(const float place, const float low, const float high) { return smaller(larger(place, low), high); }
 INLINE float spread(const float a, const float b, const float c, const float d) {
     return larger(larger(a, b), larger(c, d)) - smaller(smaller(a, b), smaller(c, d));
@@ -92,6 +90,8 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
     struct projection still = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
     take_rests(&still, sweep.rests);
     const float x = (float)(sweep.origin_x + (int)column), y = (float)(sweep.origin_y + (int)row);
+    struct displacements lens;
+    see_through((int)x, 0, (int)y, INSET, SIDE, channel, &lens);
     float sum = 0.0f, lost = 0.0f;
     for (uint k = 0; k < sweep.instants; k++) {
         global const float *pose = poses + ((COLUMNS ? column : row) * sweep.instants + k) * (POSE_NUMBERS + 2);
@@ -102,7 +102,7 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
         trace_back(vectors, starts, pose[1], still, &from_x, &from_y);
         struct projection moved = still;
         moved.start_x += in_fixed_point(from_x - u, 0.0f), moved.start_y += in_fixed_point(from_y - v, 0.0f);
-        squares(plane, (int)x, 0, (int)y, INSET, SIDE, 1, channel, moved, &value);
+        squares(plane, (int)x, 0, (int)y, INSET, SIDE, 1, &lens, 0, moved, &value);
         const float term = pose[0] * value - lost, total = sum + term; // lost: what rounding added (Kahan), of thousands of instants
         lost = (total - sum) - term, sum = total;
     }

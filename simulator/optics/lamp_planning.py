@@ -67,7 +67,7 @@ def _has_one_image(planned: OpticsPlan) -> bool:
     if defocus is None or len(defocus.radii_px) > 1 or planned.scene.coverage is not None or planned.scene.deep is not None:
         return False
     is_round = defocus.eyes is None and defocus.pupil.is_round
-    return is_round and projection.warp is None and projection.pose is None and not defocus.maps
+    return is_round and not projection.is_displaced and not defocus.maps
 
 
 def _find_lamps(planned: OpticsPlan) -> Lamps | None:

@@ -18,11 +18,12 @@ from simulator.optics.error_term import PSF, WINGS, together
 from simulator.optics.geometry.motion_cost import (
     DRIFTING,
     FOUR_READ,
+    PLACE,
     SHIFT_MARGIN_PX,
     instants_cost_ms,
     instants_of,
     moving_cost_ms,
-    part_work,
+    square_work,
     sweep_cost_ms,
 )
 from simulator.optics.geometry.motion_errors import MOTION
@@ -154,10 +155,10 @@ def _projection(optics: OpticsPlan) -> Pass:
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
     projection, pixels = optics.projection, pixels_of(optics)
-    if projection.warp is not None or projection.pose is not None:
+    if projection.is_displaced:
         work = projection_work(projection, 1, pixels)
         cost = LEAST_MS + 1e-6 * sum(PROJECTION_NS[name] * count for name, count in work.items())
-        return Pass("projection", True, "mean over each photosite's area, which is tilted", pixels, 4 * pixels, cost_ms=cost)
+        return Pass("projection", True, "mean over each photosite's area, which leans", pixels, 4 * pixels, cost_ms=cost)
     if projection.taps(projection.open_side):
         reads = projection.taps(projection.open_side) ** 2
         method, cost = "exact mean over each photosite's area", _ms(pixels * reads, COST_NS["projection pixel"])
@@ -277,9 +278,9 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         return Pass(name, True, method, pixels, 4 * pixels, error, cost)
     over = 1 if motion.blur is None else motion.blur.samples_per_axis
     if projection.is_bilinear:
-        key, reads = "sweep by place", float((-(-projection.samples // over)) ** 2)
+        key, reads = "sweep by place", PLACE + (-(-projection.samples // over)) ** 2
     else:
-        key, reads = "sweep by part", part_work(projection, over)
+        key, reads = "sweep by square", square_work(projection, over)
     if optics.sweeps_rows:
         key, reads = "sweep", 1.2 * projection.taps(1.0 / over) if projection.is_fine else 1.0
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
@@ -367,12 +368,12 @@ def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> P
 
 def _instants_ms(optics: OpticsPlan, motion: "MotionPlan", budget: ErrorBudget) -> float:
     """Time of the image at each instant, over the lines that it lights, of a scene that is posed and measured anew."""
-    from simulator.optics.geometry.posed_projection import most_parted  # nothing moves in most shots
+    from simulator.optics.geometry.posed_projection import most_leaning  # nothing moves in most shots
 
     window, axis = optics.window, motion.path.lines.axis
     nodes, lit = instants_of(motion, window.height)
     part = replace(window, height=lit) if axis == "rows" else window
-    moved = most_parted(optics.projection, motion, optics.accuracy.allowed)
+    moved = most_leaning(optics.projection, motion, optics.accuracy.allowed)
     still = replace(optics, projection=moved, motion=None, flash_motion=None, window=part)
     defocus = _defocus(still, None, budget)
     each = (_projection(still), _radius_statistics(still, defocus), defocus, _psf(still, budget, None))

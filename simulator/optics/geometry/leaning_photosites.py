@@ -1,6 +1,6 @@
 """Error of photosites whose sides lean in the scene, which are averaged in upright parts."""
 
-from simulator.optics.geometry.projection import TILTED_PARTS, Projection
+from simulator.optics.geometry.projection import UPRIGHT_PARTS, Projection
 
 OF_TILT = 0.45  # of the differences between even squares and the lean of a photosite in one part, in 99.9 % of the photosites
 OF_SMOOTH_TILT = 1.0 / 8.0  # the same of light that is linear between pixels as large as photosites
@@ -8,8 +8,8 @@ LEAN_PX = 0.25  # radius of a blur circle from which on it hides that photosites
 
 
 def upright_parts(projection: Projection) -> int:
-    """Upright parts per axis in which photosites behind a distortion are averaged."""
-    return TILTED_PARTS if projection.has_squares else projection.samples
+    """Upright parts per axis in which photosites behind a distortion are blurred, or those of bilinear light are averaged."""
+    return UPRIGHT_PARTS if projection.has_squares else projection.samples
 
 
 def lean_error(projection: Projection, width_px: int, height_px: int, parts: int, radius_px: float, detail: float) -> float:

@@ -19,14 +19,15 @@ COST_NS = {
     "shifting layers": 0.08,  # for each photosite, instant and plane of layers that move without a turn over such a scene
     "shift": 0.15,  # for each photosite, and photosite of a path and SHIFT_MARGIN_PX, of such a scene that moves without a turn
     "sweep by vector": 100.0,  # for each photosite and instant, where each pixel moves by itself
-    "sweep by place": 6.0,  # for each photosite, instant and layer of light that is bilinear between pixels
-    "sweep by part": 5.2,  # for each photosite, instant, layer, and upright part of a tilted photosite
+    "sweep by place": 2.5,  # for each photosite, instant, layer, and part of bilinear light, of which there are PLACE more
+    "sweep by square": 3.0,  # for each photosite, instant and layer of even squares, whose reads count beside it
     "moving launches": 3.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
     "moving points": 0.25,  # for each photosite, point of the aperture and slab of radius
     "moving tables": 30.0,  # for each point of a cell and a layer, which the host makes
     "instant": 1.0e6,  # of each instant at which the optics run: its pose and its weights
 }
-PART_READ, AT_ONCE = 0.21, 2.0  # of the time of a part, for each scene pixel that it may touch; reads of a bilinear value
+SQUARE_READ, LEANING_READ = 0.11, 0.42  # of the time of a sample, for each scene pixel that it may touch
+PLACE = 0.7  # parts whose time the place of a photosite takes
 SHIFT_MARGIN_PX = 5.0  # by which a path counts as longer
 FOUR_READ = 2.0  # times what layers that shift take, where points of aperture and time read between four pixels
 TURNED, TURNED_TABLES = 4.0, 6.0  # times the work of points, and of their tables, that are bilinear over a cell
@@ -39,11 +40,11 @@ def sweep_cost_ms(key: str, count: float) -> float:
     return 1e-6 * (COST_NS["sweep launches"] + COST_NS[key] * count)
 
 
-def part_work(projection: Projection, over: int = 1) -> float:
-    """Work of one of `over` x `over` samples that is averaged by upright parts at each place, in units of "sweep by part"."""
+def square_work(projection: Projection, over: int = 1) -> float:
+    """Work of one of `over` x `over` samples of even squares at each place, in units of "sweep by square"."""
     posed = replace(projection, pose=(0.0,) * 10)
-    parts = posed.parts_per_axis(over)
-    return parts**2 * (1.0 + PART_READ * (posed.taps(1.0 / over / parts) ** 2 or AT_ONCE))
+    leans = posed.has_leaning(over)
+    return 1.0 + (LEANING_READ if leans else SQUARE_READ) * posed.taps(1.0 / over, leans) ** 2
 
 
 def moving_cost_ms(points: float, tables: float) -> float:

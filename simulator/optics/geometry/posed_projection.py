@@ -6,33 +6,32 @@ import numpy as np
 
 from simulator.optics.geometry.leaning_photosites import OF_TILT
 from simulator.optics.geometry.motion_plan import MotionPlan
-from simulator.optics.geometry.projection import TILTED_PARTS, Projection
+from simulator.optics.geometry.projection import Projection
 
-SEEN_POSES = 33  # of many, whose largest stretch and parts are looked for
+SEEN_POSES = 33  # of many, whose largest stretch and lean are looked for
 POSE_NUMBERS = 10  # of `pose_numbers`
 TILT_SHARE = 0.2  # of the allowed error, for photosites that lean
-TILT_PARTS = 1, 2, TILTED_PARTS  # upright parts per axis that these may have
 
 
 def posed(projection: Projection, plan: MotionPlan, homography: np.ndarray, allowed: float = 0.0) -> Projection:
     """Return the projection of a scene at rest onto a sensor whose places are moved by a homography (3, 3).
 
-    allowed: error, as a share of the brightest light, of which photosites have TILT_SHARE that are seen in as few upright parts
-    as do: n x n parts leave OF_TILT t / n^2 of random black and white pixels, of sides that lean by t of their length.
+    allowed: error, as a share of the brightest light, of which photosites have TILT_SHARE that are seen as upright rectangles:
+    these leave OF_TILT t of random black and white pixels, of sides that lean by t of their length.
     """
     geometry = plan.path.motion.geometry
-    tilt, stretch = shape_of(homography, geometry.width_px, geometry.height_px)
+    tilt, stretch, extent = shape_of(homography, geometry.width_px, geometry.height_px)
     if projection.warp is not None:
         tilt += projection.warp.tilt(geometry.width_px, geometry.height_px)
-    parts = next((n for n in TILT_PARTS if OF_TILT * tilt <= n**2 * TILT_SHARE * allowed), TILT_PARTS[-1])
     pose = tuple(pose_numbers(plan, homography).tolist())
-    return replace(projection, pose=pose, stretch=projection.stretch * stretch, tilted_parts=parts)
+    stretch, extent = projection.stretch * stretch, projection.extent * extent
+    return replace(projection, pose=pose, stretch=stretch, extent=extent, leans=OF_TILT * tilt > TILT_SHARE * allowed)
 
 
-def most_parted(projection: Projection, plan: MotionPlan, allowed: float) -> Projection:
-    """Return the projection `posed` at some instant of the path whose photosites have the most parts, as work is counted by."""
+def most_leaning(projection: Projection, plan: MotionPlan, allowed: float) -> Projection:
+    """Return the projection `posed` at some instant of the path whose photosites lean, if any do, as work is counted by."""
     every = [posed(projection, plan, one, allowed) for one in _some(plan.path.motion.homographies(plan.path.poses, 0))]
-    return max(every, key=lambda one: one.tilted_parts)
+    return max(every, key=lambda one: one.leans)
 
 
 def _some(homographies: np.ndarray) -> np.ndarray:
@@ -44,12 +43,15 @@ def _some(homographies: np.ndarray) -> np.ndarray:
 def widest(projection: Projection, plan: MotionPlan, homographies: np.ndarray) -> Projection:
     """Return the projection for photosites that kernels move by any of homographies (..., 3, 3): of the largest stretch."""
     geometry = plan.path.motion.geometry
-    stretch = max(shape_of(one, geometry.width_px, geometry.height_px)[1] for one in _some(homographies))
-    return replace(projection, pose=(0.0,) * POSE_NUMBERS, stretch=projection.stretch * stretch)
+    shapes = [shape_of(one, geometry.width_px, geometry.height_px) for one in _some(homographies)]
+    _, stretch, extent = (max(every) for every in zip(*shapes, strict=True))
+    stretch, extent = projection.stretch * stretch, projection.extent * extent
+    return replace(projection, pose=(0.0,) * POSE_NUMBERS, stretch=stretch, extent=extent)
 
 
-def shape_of(homography: np.ndarray, width_px: float, height_px: float) -> tuple[float, float]:
-    """Return how far sides of photosites lean, in their length, and how far they are stretched at most, somewhere on a sensor.
+def shape_of(homography: np.ndarray, width_px: float, height_px: float) -> tuple[float, float, float]:
+    """Return how far sides of photosites lean, in their length, how far they are stretched, and the extent of their
+    parallelograms along an axis, over their side: the most of each, somewhere on a sensor.
 
     homography: (3, 3) of places from its middle. The side that leans less counts, as one of a photosite that is turned over.
     """
@@ -62,7 +64,8 @@ def shape_of(homography: np.ndarray, width_px: float, height_px: float) -> tuple
     )  # changes of x and of y by a photosite to the right and down
     ordered = [np.sort(np.abs(one), axis=1) for one in (across, down)]
     tilt = max(float((one[:, 0] / np.maximum(one[:, 1], 1e-12)).max()) for one in ordered)
-    return tilt, max(1.0, *(float(np.hypot(*one.T).max()) for one in ordered))
+    stretch, extent = (max(1.0, *(float(np.linalg.norm(one, norm, axis=1).max()) for one in ordered)) for norm in (2, 1))
+    return tilt, stretch, extent
 
 
 def pose_numbers(plan: MotionPlan, homographies: np.ndarray) -> np.ndarray:

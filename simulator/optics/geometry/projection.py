@@ -20,7 +20,7 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
-TILTED_PARTS = 4  # most upright parts per axis of a photosite whose sides are tilted
+UPRIGHT_PARTS = 4  # per axis of photosites that lean, as which they are blurred, or samples from which on these are upright
 SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
 UPRIGHT_PX = 1024  # columns that a work-item of kernels/upright_projection.cl has on a CPU, of the scene or of the sensor
 UPRIGHT_ROWS = 16  # rows of photosites of it
@@ -42,13 +42,14 @@ class Projection:
     samples: parts per photosite and axis that are averaged where the scene is coarse.
     nearest: pixels of a coarse scene are even squares, too, instead of light that is bilinear between them.
     stretch: largest local magnification of `warp` and `pose`.
+    extent: largest width or height in the scene of what a photosite sees through them, over that of one that they do not turn.
     warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
     low_pass_px: distance of a low-pass filter's spots on either axis [photosites]: rays see them, and a sharp image is the mean
         of its `spots`.
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
-    tilted_parts: upright parts per axis of a photosite whose sides `warp` or `pose` may tilt.
+    leans: whether it counts that photosites are parallelograms in the scene behind `warp` or `pose`, beside how large they are.
     cuts_pixels: whether pixels as wide as photosites, which lie between them, are even squares as those of a finer scene are.
     is_bilinear: whether photosites are means of light between the centres of pixels: those of a coarser scene, or of as many
         behind a distortion.
@@ -65,19 +66,25 @@ class Projection:
     nearest: bool
     warp: Warp | None = None
     stretch: float = 1.0
+    extent: float = 1.0
     open_side: float = 1.0
     edge_px: float = EDGE_PX
     pose: tuple[float, ...] | None = None
     is_bilinear: bool = False
     low_pass_px: float = 0.0
     footprint: Footprint | None = None
-    tilted_parts: int = TILTED_PARTS
+    leans: bool = True
     cuts_pixels: bool = False
 
     @property
     def fits_footprint(self) -> bool:
         """Whether light may be averaged over squares of a footprint."""
-        return self.is_bilinear and self.warp is None and self.pose is None
+        return self.is_bilinear and not self.is_displaced
+
+    @property
+    def is_displaced(self) -> bool:
+        """Whether a distortion or a pose displaces photosites in the scene."""
+        return self.warp is not None or self.pose is not None
 
     @property
     def spots(self) -> list[tuple[float, float]]:
@@ -103,7 +110,9 @@ class Projection:
 
     def on_samples(self, over: int) -> Self:
         """Return the resampling of a picture whose pixels are `over` x `over` samples of each photosite."""
-        upright = replace(self, warp=None, pose=None, nearest=False, is_bilinear=False, cuts_pixels=False, stretch=1.0)
+        upright = replace(
+            self, warp=None, pose=None, nearest=False, is_bilinear=False, cuts_pixels=False, stretch=1.0, extent=1.0
+        )
         return replace(upright, scale=float(over), offset_x=0.0, offset_y=0.0, samples=over)
 
     @property
@@ -159,35 +168,41 @@ class Projection:
 
     def whole_pixels(self, counts: Sequence[int]) -> int:
         """First of these samples per photosite and axis that divides each scene pixel into whole samples; 0: none."""
-        for count in counts if self.warp is None and self.pose is None else ():
+        for count in () if self.is_displaced else counts:
             per_pixel = count / self.scale
             wholes = per_pixel, per_pixel * self.offset_x, per_pixel * self.offset_y
             if per_pixel > 0.5 and all(abs(number - round(number)) < 1e-4 for number in wholes):
                 return count
         return 0
 
-    def taps(self, side: float) -> int:
-        """Most scene pixels per axis that an area of this side [photosites] touches; 0 where they are no even squares."""
+    def has_leaning(self, over: int) -> bool:
+        """Whether samples, `over` per photosite and axis, are parallelograms of even squares."""
+        return self.has_squares and self.is_displaced and self.leans and over < UPRIGHT_PARTS
+
+    def taps(self, side: float, leans: bool = False) -> int:
+        """Most scene pixels per axis that an area of this side [photosites] touches; 0 where they are no even squares.
+
+        leans: it is a parallelogram.
+        """
         if not self.has_squares:
             return 0
-        wide = side * self.scale * self.stretch
+        wide = side * self.scale * (self.extent if leans else self.stretch)
         places = self.offset_x, self.offset_y, self.scale, side * self.scale
-        begins_on_pixels = (
-            self.warp is None and self.pose is None and self.open_side == 1.0 and all(place == round(place) for place in places)
-        )
+        begins_on_pixels = not self.is_displaced and self.open_side == 1.0 and all(place == round(place) for place in places)
         return math.ceil(wide - 1e-4) + (not begins_on_pixels)
 
-    def parts_per_axis(self, over: int) -> int:
-        """Upright parts per axis of the area of one of `over` x `over` samples of a photosite."""
-        return max(1, self.tilted_parts // over) if self.warp is not None or self.pose is not None else 1
+    @property
+    def upright_parts(self) -> int:
+        """Upright parts per axis of a photosite that is blurred without samples (kernels/scene_gather.cl)."""
+        return UPRIGHT_PARTS if self.is_displaced and self.leans else 1
 
     def defines(self, cfa_macros: dict[str, object], over: int = 1, inset: float = 0.0) -> dict[str, object]:
         """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.
 
         cfa_macros: of kernels/cfa.h, for the output's upper left corner. inset: of a mosaic's open area [photosites].
         """
-        split = self.parts_per_axis(over)
-        area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over / split), "SPLIT": split, "INSET": f"{inset:.9e}f"}
+        leans = self.has_leaning(over)
+        area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over, leans), "LEANS": int(leans), "INSET": f"{inset:.9e}f"}
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {
             "SAMPLES": -(-self.samples // over),
@@ -212,7 +227,7 @@ class Projection:
 
     def is_separable(self, over: int) -> bool:
         """Whether samples, `over` per photosite and axis, are read bilinearly and at least two to a scene pixel and axis."""
-        smooth = self.warp is None and self.pose is None and not self.nearest and not self.is_fine
+        smooth = not self.is_displaced and not self.nearest and not self.is_fine
         return smooth and -(-self.samples // over) == 1 and self.scale <= SEPARABLE * over
 
     def scene_rows(self, first_px: float, rows_px: float) -> tuple[int, int]:
@@ -244,7 +259,7 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     height, width = scene.planes.shape[:2]
     image_distance_px = 1e3 * lens.image_distance_mm / camera.pixel_pitch_um
     warp = plan_warp(lens.distortion, image_distance_px, camera.width_px, camera.height_px, camera.channels)
-    stretch = 1.0 if warp is None else warp.extent(camera.width_px, camera.height_px)[2]
+    stretch, extent = (1.0, 1.0) if warp is None else warp.extent(camera.width_px, camera.height_px)[2:]
     if scene.field_of_view_deg is None:
         scale = min(width / camera.width_px, height / camera.height_px)
     else:
@@ -262,6 +277,7 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
         is_bilinear=is_coarse and scene.interpolation != "nearest",
         warp=warp,
         stretch=stretch,
+        extent=extent,
     )
 
 
@@ -293,9 +309,10 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
         "pose": projection.upload_pose(device),
         **projection.arguments(window.x, window.y),
     }
-    if projection.warp is not None or projection.pose is not None:
-        kernel = device.kernel("projection_mosaic", {**defines, "SPAN": 1}, file="projection.cl")
-        device.run(kernel, (window.width, window.height), None, **arguments)
+    if projection.is_displaced:
+        span = min(device.span, SPAN)
+        kernel = device.kernel("projection_mosaic", {**defines, "SPAN": span}, file="projection.cl")
+        device.run(kernel, (2 * -(-window.width // (2 * span)), window.height), None, width=window.width, **arguments)
         return mosaic
     pitch = max(1, math.ceil(projection.scale - 1e-6))
     span = 1 if device.span == 1 else max(UPRIGHT_PX // pitch, 16)

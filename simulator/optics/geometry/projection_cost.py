@@ -9,27 +9,30 @@ COST_NS = {
     "copied samples": 0.25,  # for each sample that is a pixel of the scene
     "separable samples": 0.7,  # for each sample of a scene much coarser than its samples, read across and then down
     "bilinear samples": 2.0,  # for each part of a sample of another scene that is not finer than the photosites
-    "distorted samples": 10.0,  # more for each sample whose place distortion moves
-    "posed samples": 3.0,  # the same of a pose of the camera
-    "posed squares": 6.5,  # the same where even squares of the scene cross a sample
+    "distorted samples": 4.0,  # more for each sample whose place distortion moves
+    "posed samples": 2.5,  # the same of a pose of the camera
     "pixel samples": 1.2,  # for each sample within one pixel
-    "square parts": 4.0,  # for each upright part of a sample that even squares of the scene cross
-    "square reads": 0.85,  # for each scene pixel that such a part may touch
+    "square samples": 0.6,  # for each upright sample that even squares of the scene cross
+    "square reads": 0.45,  # for each scene pixel that it may touch
+    "leaning samples": 3.0,  # for each sample that is a parallelogram
+    "leaning reads": 0.8,  # for each scene pixel that it may touch
 }
 
 
 def projection_work(projection: Projection, over: int, samples: float) -> dict[str, float]:
     """Return the work of so many samples of all planes, counts by key of COST_NS; `over` samples per photosite and axis."""
-    parts = projection.parts_per_axis(over)
-    taps = projection.taps(1.0 / over / parts)
+    leans = projection.has_leaning(over)
+    taps = projection.taps(1.0 / over, leans)
     if projection.copies_pixels(over):
         return {"copied samples": samples}
     if projection.is_separable(over):
         return {"separable samples": samples}
     moved = {"distorted samples": samples} if projection.warp is not None else {}
-    moved |= {"posed squares" if taps else "posed samples": samples} if projection.pose is not None else {}
+    moved |= {"posed samples": samples} if projection.pose is not None else {}
     if not taps:
         return {**moved, "bilinear samples": samples * (-(-projection.samples // over)) ** 2}
-    if taps == 1 and parts == 1:
+    if leans:
+        return {**moved, "leaning samples": samples, "leaning reads": samples * taps**2}
+    if taps == 1:
         return {**moved, "pixel samples": samples}
-    return {**moved, "square parts": samples * parts**2, "square reads": samples * (parts * taps) ** 2}
+    return {**moved, "square samples": samples, "square reads": samples * taps**2}

@@ -136,18 +136,25 @@ class Warp:
         terms = (1.0, d.k1 * share**2, d.k2 * share**4, d.k3 * share**6, d.p1 * share, d.p2 * share)
         return tuple(tuple(value * term for term in terms) for value in self.magnification), centre
 
-    def extent(self, width_px: int, height_px: int) -> tuple[float, float, float]:
-        """Undistorted over distorted width and height of the sensor, and the largest local magnification of undistorting."""
-        reach_x, reach_y, stretch = 1.0, 1.0, 1.0
+    def extent(self, width_px: int, height_px: int) -> tuple[float, float, float, float]:
+        """Return how undistorting widens the sensor and its photosites.
+
+        Undistorted over distorted width and height of the sensor, the largest local magnification, and the largest width or
+        height of a photosite's parallelogram, over its side.
+        """
+        reach_x, reach_y, stretch, widest = 1.0, 1.0, 1.0, 1.0
         x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(0, width_px, 33), np.linspace(0, height_px, 33)))
         for channel in range(len(self.magnification)):
             u, v = self.undistorted(x, y, channel)
             reach_x = max(reach_x, 2.0 * float(np.abs(u - self.centre_x_px).max()) / width_px)
             reach_y = max(reach_y, 2.0 * float(np.abs(v - self.centre_y_px).max()) / height_px)
+            sides = []
             for dx, dy in ((1.0, 0.0), (0.0, 1.0)):
                 beside = self.undistorted(x + dx, y + dy, channel)
-                stretch = max(stretch, float(np.hypot(beside[0] - u, beside[1] - v).max()))
-        return reach_x, reach_y, stretch
+                sides.append(np.abs((beside[0] - u, beside[1] - v)))
+                stretch = max(stretch, float(np.hypot(*sides[-1]).max()))
+            widest = max(widest, float(np.sum(sides, axis=0).max()))
+        return reach_x, reach_y, stretch, widest
 
     def tilt(self, width_px: int, height_px: int) -> float:
         """How far sides of photosites lean at most, in their length: of undistorting, over a sensor."""

@@ -160,7 +160,7 @@ def _gather_work(tiles: TilePlan) -> Work:
 
 def _gathered_taps(projection: Projection, defocus: Defocus, radius_px: np.ndarray) -> np.ndarray:
     """Scene pixels that a photosite without samples may touch through a rectangle of the aperture, of all its upright parts."""
-    parts = projection.parts_per_axis(1)
+    parts = projection.upright_parts
     taps = np.ceil((1.0 / parts + 2.0 * defocus.pupil.corner_radius * radius_px) * projection.scale) + 1.0
     return (parts * taps) ** 2
 

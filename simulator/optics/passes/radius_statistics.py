@@ -119,9 +119,7 @@ def _coverage(
     """
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
-    if (
-        projection.warp is not None or projection.pose is not None
-    ):  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
+    if projection.is_displaced:  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
         return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage
     sides = (

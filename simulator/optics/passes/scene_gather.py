@@ -37,11 +37,12 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
         for step, count in sorted(set(zip(steps[here].tolist(), counts[here].tolist(), strict=True))):
             selected = here & (steps == step) & (counts == count)
             rectangles = _rectangles(pupil, count)
-            side = (1.0 - 2.0 * inset) / projection.parts_per_axis(1) + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
+            side = (1.0 - 2.0 * inset) / projection.upright_parts + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
             graded = isinstance(own, np.ndarray)
             defines = {
                 **projection.defines(cfa.macros(area.frame.x, area.frame.y), inset=inset),
                 "TAPS": math.ceil(side * projection.scale * projection.stretch) + 1 + graded,
+                "SPLIT": projection.upright_parts,
                 "REACH": f"{pupil.corner_radius:.9e}f",
                 "RECTANGLES": len(rectangles),
                 "GRADED": int(graded),
@@ -74,7 +75,7 @@ def rectangles_of_tiles(tiles: TilePlan) -> np.ndarray:
 def _reached_by_lamps(tiles: TilePlan) -> np.ndarray:
     """Whether light of a lamp may reach each tile. Behind a lens that distorts, or where a camera turns, it may reach all."""
     projection, accuracy, area = tiles.optics.projection, tiles.optics.accuracy, tiles.area
-    if not accuracy.has_lamps or projection.warp is not None or projection.pose is not None:
+    if not accuracy.has_lamps or projection.is_displaced:
         return np.full(area.grid, accuracy.has_lamps)
     reached, scene, weights = np.zeros(area.grid, bool), tiles.optics.scene, tiles.optics.weights
     limit = LAMP_PEAK * accuracy.brightest

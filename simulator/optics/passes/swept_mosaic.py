@@ -227,7 +227,9 @@ class _Sweep:
             "READS": taps or 2,
             "BUFFER": int(np.ceil(1.1 * reach * moving.scale)) + taps + 6,
         }
-        return _Table("swept_rows", {"views": self.device.upload(fields)}, {**macros, **common, "TAPS": taps, "POSE": 0})
+        return _Table(
+            "swept_rows", {"views": self.device.upload(fields)}, {**macros, **common, "TAPS": taps, "LEANS": 0, "POSE": 0}
+        )
 
     def _finer_poses(self, homographies: np.ndarray) -> np.ndarray:
         """`pose_numbers`, counted in samples."""

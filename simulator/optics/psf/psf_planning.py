@@ -229,7 +229,7 @@ def _find_lamps(psf: FieldPsf, scene: Scene, weights: np.ndarray, projection: Pr
     """Lamps of one picture at rest behind kernels that hold detail finer than photosites; None: none are drawn."""
     one_surface = len(scene.layers) == 1 and scene.coverage is None
     is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
-    if not one_surface or is_coarse or projection.warp is not None or projection.pose is not None:
+    if not one_surface or is_coarse or projection.is_displaced:
         return None
     return find_lamps(scene, weights, projection, psf.highlight_limits, accuracy.peak * accuracy.brightest)
 

@@ -54,17 +54,16 @@ def test_a_zoom_keeps_all_light(nearer):
 
 
 @pytest.mark.parametrize(
-    ("angle_rad", "allowed", "parts"),
-    [(0.0, 0.0, 1), (1e-9, 0.0, 4), (4e-4, 1e-3, 1), (1.7e-3, 1e-3, 2), (0.02, 1e-3, 4), (np.pi / 2 - 4e-4, 1e-3, 1)],
+    ("angle_rad", "allowed", "leans"),
+    [(0.0, 0.0, False), (1e-9, 0.0, True), (4e-4, 1e-3, False), (1.7e-3, 1e-3, True), (np.pi / 2 - 4e-4, 1e-3, False)],
 )
-def test_photosites_that_hardly_lean_have_few_parts(angle_rad, allowed, parts):
-    """Black and white squares against 64 x 64 parts."""
+def test_photosites_that_hardly_lean_are_upright(angle_rad, allowed, leans):
+    """Black and white squares against the exact means of their parallelograms."""
     turn = np.array([[np.cos(angle_rad), -np.sin(angle_rad), 0.31], [np.sin(angle_rad), np.cos(angle_rad), 0.17], [0, 0, 1]])
     projection, light = posed_light(turn, SQUARES, allowed)
-    _, truth = posed_light(turn, SQUARES, allowed, tilted_parts=64)
-    assert projection.tilted_parts == parts
-    if parts < 4:
-        assert np.quantile(np.abs(light - truth), 0.999) <= 0.2 * allowed + 2e-6
+    _, truth = posed_light(turn, SQUARES, allowed, leans=True)
+    assert projection.leans == leans
+    assert np.quantile(np.abs(light - truth), 0.999) <= 0.2 * allowed + 2e-6
 
 
 def test_a_lens_that_distorts_makes_photosites_lean():
@@ -74,4 +73,4 @@ def test_a_lens_that_distorts_makes_photosites_lean():
     corner = 0.5 * WIDTH * 0.5 * HEIGHT / (0.25 * (WIDTH**2 + HEIGHT**2))
     assert warp.tilt(WIDTH, HEIGHT) == pytest.approx(2.0 * 0.02 * corner, rel=0.2)
     still = replace(moving().projection, warp=warp)
-    assert [posed(still, moving().motion, np.eye(3), allowed).tilted_parts for allowed in (0.1, 0.02, 0.001)] == [1, 2, 4]
+    assert [posed(still, moving().motion, np.eye(3), allowed).leans for allowed in (0.1, 0.02)] == [False, True]

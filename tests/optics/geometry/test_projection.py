@@ -158,7 +158,7 @@ def test_a_distorted_photosite_is_the_mean_over_its_own_area(size, fill_factor):
     assert np.abs(found - truth).max() < 0.0015  # tilted sides as steps: 0.009 with one rectangle
 
 
-@pytest.mark.parametrize(("scale", "k1"), [(2.0, -0.05), (1.0, -0.05), (1.0, 0.05), (0.7, -0.05)])
+@pytest.mark.parametrize(("scale", "k1"), [(1.0, -0.05), (1.0, 0.05), (0.7, -0.05)])
 def test_photosites_that_lean_leave_what_is_told(scale, k1):
     """Black and white pixels of 70,000 e-, of which 0.5 to 2.3 sigma was left and nothing told: against 2^15 points of each."""
     width, height = 96, 72
@@ -172,7 +172,7 @@ def test_photosites_that_lean_leave_what_is_told(scale, k1):
     points = qmc.Sobol(2, seed=1).random_base2(15)
     x, y = projection.warp.undistorted(column + points[:, 0], row + points[:, 1])
     places = np.stack([projection.offset_y + projection.scale * y, projection.offset_x + projection.scale * x]) - 0.5
-    truth = map_coordinates(squares, places, order=int(scale <= 1.0), mode="nearest").mean(axis=1)
+    truth = map_coordinates(squares, places, order=1, mode="nearest").mean(axis=1)
     seen = simulate(shot).mean_electrons.astype(float)[row[:, 0], column[:, 0]]
     truth *= seen.sum() / truth.sum()
     left = np.quantile(np.abs(seen - truth) / np.sqrt(truth + planned.optics.accuracy.read_noise_e**2), 0.999)
@@ -338,7 +338,9 @@ def test_parts_of_a_turned_photosite_cover_all_of_its_area():
         0.0,
     )
     offset_px = 0.5 * side * scale
-    projection = Projection(scale, offset_px, offset_px, *pixels.shape, math.ceil(scale), False, pose=pose)
+    projection = Projection(
+        scale, offset_px, offset_px, *pixels.shape, math.ceil(scale), False, pose=pose, extent=math.sqrt(2.0)
+    )
     device = open_device()
     mosaic = project(device, projection, Cfa.uniform(0), Window(0, 0, side, side), device.upload(pixels.astype(np.float32)))
     found = device.download(mosaic, (side, side), np.float32)
