@@ -1,9 +1,12 @@
 // Lens blur of small circles in a scene finer than the photosites: the exact mean over a photosite's area and the image of the
 // aperture, from the scene's pixels, each of them an even square (photosite_area.h). The aperture is a sum of rectangles:
 //   light(x) = sum over rectangles k of share_k * mean of the scene over the photosite's square moved by all of s(x) * rectangle k,
-// where a lens distorts or the image is turned of SPLIT x SPLIT upright parts of its parallelogram,
-// in which the mean over a rectangle is separable and has a closed form. A surface that tilts moves the middle of its image by
-// s grad(s) / 4 (simulator/optics/defocus/tilted_kernel.py, to the first order of the slope).
+// in which the mean over a rectangle is separable and has a closed form. LEANS 1: what lies farther down is moved to the right, and what
+// lies farther right down, to the first order in each of SPLIT x SPLIT parts: the share of a pixel is
+//   X Y + X' A + B Y'
+// of shares X and Y, their change X' and Y' by a shift, and how far what lies in the pixel is moved, A to the right and B down
+// (moved_interval.h). A circle leans by half of both: what turns it is in its rectangles. A surface that tilts moves the middle of its
+// image by s grad(s) / 4 (simulator/optics/defocus/tilted_kernel.py, to the first order of the slope).
 //
 // planes:     (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
 // radius:     (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites] in interleaved columns, OVER 1; GRADED 0: not
@@ -11,13 +14,13 @@
 // light:      (mosaics, height, width) float32 [e- s^-1 um^-2 sr^-1], of which one is made.
 // tiles:      (tiles) struct gathered_tile. rectangles: (RECTANGLES) struct rectangle.
 // pose:       as in projection.cl.
-// TAPS:       most scene pixels on either axis that a part of a photosite and its blur circle touch. INSET: as in projection.cl.
+// TAPS:       most scene pixels on either axis that a photosite and its blur circle touch. INSET, LEANS, SPAN: as in projection.cl.
 #include "conventions.h"
 #include "cfa.h"
-#include "interleaved_columns.h"
+#include "gathered_span.h"
+#include "lanes.h"
 #include "moved_interval.h"
 #include "plain_math.h"
-#include "photosite_area.h"
 
 struct gathered_tile {
     int column, row; // first photosite in the frame; negative where it lies in the margin
@@ -31,72 +34,77 @@ struct rectangle {
     float share;            // of the aperture's area
 };
 
-struct gather {
-    int origin_x, origin_y;   // photosite of the sensor at [0, 0] of the frame
-    uint width, height;       // of the frame
-    uint light_row;           // row of `light` at the frame's first row
-    uint map;                 // of `radius`
-    int map_column, map_row;  // photosite of the map at [0, 0] of the frame
-    uint map_rows, set_columns; // rows of each map, and columns of each of its column sets
-};
-
-// Upper left corner of one of SPLIT x SPLIT parts of an area that is upright, each of which is `wide` and `tall` [px].
-INLINE void part_of(const struct area area, const float wide, const float tall, const uint part, float *left, float *top) {
-    const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), middle = 0.5f * (SPLIT - 1);
-    const float step_x = area.wide * (1.0f / SPLIT), step_y = area.tall * (1.0f / SPLIT);
-    *left = area.left + 0.5f * (step_x - wide) + m * step_x + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
-    *top = area.top + 0.5f * (step_y - tall) + n * step_y + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
+// Intervals that all of a rectangle's image of part `number` of the photosites of a span moves over, across and down.
+INLINE void intervals_of(const struct gathered_span *span, const struct rectangle image, const uint number, struct intervals *x,
+                         struct intervals *y) {
+    const float part_x = ((float)(number % SPLIT) + 0.5f) / SPLIT - 0.5f, part_y = ((float)(number / SPLIT) + 0.5f) / SPLIT - 0.5f;
+    LANES
+    for (uint n = 0; n < SPAN; n++) {
+        const float across = span->across[n], down = span->down[n], slope_x = span->slope_x[n], slope_y = span->slope_y[n];
+        const float both = 0.5f * (slope_x + slope_y);
+        const float wide = span->wide[n] * (1.0f / SPLIT), tall = span->tall[n] * (1.0f / SPLIT);
+        const float image_x = across * image.x, image_y = down * image.y, away_x = part_x * span->wide[n], away_y = part_y * span->tall[n];
+        float range_x = size_of(across) * image.reach_x, range_y = size_of(down) * image.reach_y;
+#if LEANS
+        // Three variances of what moves along an axis, each.
+        const float moved_x = 0.25f * slope_x * slope_x * tall * tall + both * both * range_y * range_y + range_x * range_x;
+        const float moved_y = 0.25f * slope_y * slope_y * wide * wide + both * both * range_x * range_x + range_y * range_y;
+        range_x = moved_x * reciprocal_square_root(moved_x + LEAST_RANGE * LEAST_RANGE);
+        range_y = moved_y * reciprocal_square_root(moved_y + LEAST_RANGE * LEAST_RANGE);
+#endif
+        x->middle[n] = span->left[n] + away_x + image_x + slope_x * away_y + both * image_y;
+        y->middle[n] = span->top[n] + away_y + image_y + slope_y * away_x + both * image_x;
+        x->wide[n] = wide, x->range[n] = larger(range_x, LEAST_RANGE), x->slope[n] = slope_y, x->moved_slope[n] = both;
+        y->wide[n] = tall, y->range[n] = larger(range_y, LEAST_RANGE), y->slope[n] = slope_x, y->moved_slope[n] = both;
+    }
 }
 
-// Dimension 0: columns of a tile; 1: its rows; 2: tiles.
+// Dimension 0: spans of photosites of a tile; 1: its rows; 2: tiles.
 kernel void scene_gather(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
                          global const struct gathered_tile *restrict tiles, global const struct rectangle *restrict rectangles,
                          const uint scene_width, const uint scene_height, const float scale, const float offset_x,
                          const float offset_y, const struct gather frame, global const float *restrict pose) {
     const struct projection projection = projection_of(scene_width, scene_height, scale, offset_x, offset_y, pose);
     const struct gathered_tile tile = tiles[get_global_id(2)];
-    const int column = tile.column + (int)get_global_id(0), row = tile.row + (int)get_global_id(1);
-    if (column < 0 || row < 0 || column >= (int)frame.width || row >= (int)frame.height) return;
-    float blur = tile.radius, tilt_x = 0.0f, tilt_y = 0.0f;
-#if GRADED
-    const int x = frame.map_column + column, y = frame.map_row + row;
-    global const float *own = radius + row_start(2 * frame.map, (size_t)y, frame.map_rows, frame.set_columns);
-    const size_t plane = (size_t)frame.map_rows * frame.set_columns;
-    blur = own[(x & 1) * plane + (x >> 1)];
-    tilt_x = 0.5f * (own[((x + 1) & 1) * plane + ((x + 1) >> 1)] - own[((x - 1) & 1) * plane + ((x - 1) >> 1)]);
-    tilt_y = 0.5f * (own[(x & 1) * plane + (x >> 1) + frame.set_columns] - own[(x & 1) * plane + (x >> 1) - frame.set_columns]);
+    const int column = tile.column + (int)(SPAN * get_global_id(0)), row = tile.row + (int)get_global_id(1);
+    if (column <= -SPAN || row < 0 || column >= (int)frame.width || row >= (int)frame.height) return;
+    struct gathered_span span;
+    span_of(radius, frame, column, row, tile.radius, projection, &span);
+    float weight[TAPS * TAPS][SPAN], sum[SPAN], total[SPAN];
+    for (uint i = 0; i < TAPS * TAPS; i++)
+        for (uint n = 0; n < SPAN; n++) weight[i][n] = 0.0f;
+    for (uint k = 0; k < SPLIT * SPLIT * RECTANGLES; k++) {
+        const struct rectangle image = rectangles[k % RECTANGLES];
+        struct intervals x, y;
+        float share_x[TAPS][SPAN], shift_x[TAPS][SPAN], aside_x[TAPS][SPAN], share_y[TAPS][SPAN], shift_y[TAPS][SPAN], aside_y[TAPS][SPAN];
+        intervals_of(&span, image, k / RECTANGLES, &x, &y);
+        shares_of(&x, share_x, shift_x, aside_x);
+        shares_of(&y, share_y, shift_y, aside_y);
+        for (uint i = 0; i < TAPS * TAPS; i++) {
+            const uint right = i % TAPS, below = i / TAPS;
+            LANES
+            for (uint n = 0; n < SPAN; n++) {
+                float share = share_x[right][n] * share_y[below][n];
+#if LEANS
+                share += shift_x[right][n] * aside_y[below][n] + aside_x[right][n] * shift_y[below][n];
 #endif
-    const uint channel = cfa_plane((uint)column, (uint)row);
-    global const float *plane_of_channel = planes + (size_t)channel * scene_width * scene_height;
-    const float size = 1.0f - 2.0f * INSET;
-    const int x_index = frame.origin_x + column, y_index = frame.origin_y + row;
-    const struct displacement lens = moved_by_lens((float)x_index + 0.5f, (float)y_index + 0.5f, channel);
-    const struct area turned = area_of(x_index, y_index, INSET, size, lens, projection);
-    struct area area = upright(turned);
-    const float side_x = extent(area.wide, area.tilt_right), side_y = extent(area.tall, area.tilt_down);
-    const float across = side_x / size * blur, down = side_y / size * blur; // radius of the aperture's image [px]
-    const float image_x = REACH * (across < 0.0f ? -across : across), image_y = REACH * (down < 0.0f ? -down : down);
-    float aside, below, left, top;
-    step_over(turned, size, blur, tilt_x, tilt_y, &aside, &below);
-    area.left += 0.25f * aside, area.top += 0.25f * below;
-    const float part_wide = side_x * (1.0f / SPLIT), part_tall = side_y * (1.0f / SPLIT);
-    float sum = 0.0f, wide[TAPS], tall[TAPS];
-    for (uint part = 0; part < SPLIT * SPLIT; part++) {
-        part_of(area, part_wide, part_tall, part, &left, &top);
-        const int first_x = whole(left - image_x), first_y = whole(top - image_y);
-        for (uint k = 0; k < RECTANGLES; k++) {
-            const struct rectangle image = rectangles[k];
-            overlaps(left + across * image.x - (float)first_x, part_wide, image_x / REACH * image.reach_x, wide);
-            overlaps(top + down * image.y - (float)first_y, part_tall, image_y / REACH * image.reach_y, tall);
-            float seen = 0.0f;
-            for (uint j = 0; j < TAPS; j++) {
-                global const float *line = plane_of_channel + (size_t)clamped(area.row + first_y + (int)j, scene_height) * scene_width;
-                float mean = 0.0f;
-                for (uint i = 0; i < TAPS; i++) mean += wide[i] * line[clamped(area.column + first_x + (int)i, scene_width)];
-                seen += tall[j] * mean;
+                weight[i][n] += image.share * share;
             }
-            sum += image.share * (1.0f / (SPLIT * SPLIT)) * seen;
         }
     }
-    light[((size_t)frame.light_row + row) * frame.width + column] = sum;
+    for (uint n = 0; n < SPAN; n++) sum[n] = total[n] = 0.0f;
+    for (uint i = 0; i < TAPS * TAPS; i++) {
+        LANES
+        for (uint n = 0; n < SPAN; n++) {
+            const size_t channel = cfa_plane((uint)clamped(column + (int)n, frame.width), (uint)row);
+            const size_t line = channel * scene_height + (size_t)clamped(span.first_y[n] + (int)(i / TAPS), scene_height);
+            const float share = larger(weight[i][n], 0.0f);
+            sum[n] += share * planes[line * scene_width + (size_t)clamped(span.first_x[n] + (int)(i % TAPS), scene_width)];
+            total[n] += share;
+        }
+    }
+    for (uint n = 0; n < SPAN; n++) {
+        const int own = column + (int)n;
+        if (own >= 0 && own < (int)frame.width) light[((size_t)frame.light_row + row) * frame.width + own] = sum[n] / total[n];
+    }
 }

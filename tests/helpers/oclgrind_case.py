@@ -164,7 +164,7 @@ def take_distorted() -> None:
     lens = ThinLens(50.0, 4.0, 2.0, distortion=Distortion(k1=-0.05, unit="half_diagonal"))
     planned = measure(plan(Shot(scene, lens, Exposure(0.001), camera)), open_device())
     assert planned.tiles is not None and not planned.tiles.chosen.sample_grids()
-    assert planned.optics.projection.upright_parts > 1
+    assert planned.optics.projection.has_leaning(1)
     expose(planned, open_device())
     wide = small_camera(34, 10, "RGGB")
     pan = Motion(camera=SteadyMotion(pan_deg_per_s=20.0))

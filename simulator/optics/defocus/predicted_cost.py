@@ -32,7 +32,7 @@ COST_NS = {
     "frame": 5.5e5,  # of a frame: tables and buffers
     "launches": 7.5e4,  # for each kernel that is launched
     "samples": 0.75,  # for each sample of a colour of a layer in a band with its margins: summed
-    "gathers": 2.8,  # for each photosite without samples, scene pixel and rectangle of the aperture
+    "gathers": 0.65,  # for each photosite without samples, rectangle of the aperture and scene pixel on an axis that it touches
     "means": 0.016,  # for each photosite and weight of each image of the aperture that its tile has
     "image samples": 4.9e3,  # for each sample across an image of the aperture
     "corrections": 0.31,  # for each photosite, aperture sample and slab

@@ -21,6 +21,7 @@ from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 UPRIGHT_PARTS = 4  # per axis of photosites that lean, as which they are blurred, or samples from which on these are upright
+LEANING_PARTS = (1, 1.1), (2, 1.25)  # per axis, up to such an extent over the stretch, of photosites that are gathered
 SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
 UPRIGHT_PX = 1024  # columns that a work-item of kernels/upright_projection.cl has on a CPU, of the scene or of the sensor
 UPRIGHT_ROWS = 16  # rows of photosites of it
@@ -192,9 +193,11 @@ class Projection:
         return math.ceil(wide - 1e-4) + (not begins_on_pixels)
 
     @property
-    def upright_parts(self) -> int:
-        """Upright parts per axis of a photosite that is blurred without samples (kernels/scene_gather.cl)."""
-        return UPRIGHT_PARTS if self.is_displaced and self.leans else 1
+    def leaning_parts(self) -> int:
+        """Parts per axis of a photosite, in each of which what leans counts to the first order (kernels/scene_gather.cl)."""
+        if not self.is_displaced or not self.leans:
+            return 1
+        return next((parts for parts, most in LEANING_PARTS if self.extent <= most * self.stretch), UPRIGHT_PARTS)
 
     def defines(self, cfa_macros: dict[str, object], over: int = 1, inset: float = 0.0) -> dict[str, object]:
         """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.

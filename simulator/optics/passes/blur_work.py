@@ -17,6 +17,8 @@ from simulator.optics.passes.scene_gather import rectangles_of_tiles
 from simulator.optics.passes.tile_grid import BAND_ROWS, TileGrid
 from simulator.optics.passes.tile_plan import TilePlan
 
+LEANING, PRODUCT = 3.0, 0.08  # work of a pixel's shares where photosites lean, and of a product of two, in those of one share
+
 
 def work_of(tiles: TilePlan) -> Work:
     """Return the work of all tiles, and of those on wider photosites, which are blurred in each colour.
@@ -46,7 +48,7 @@ def unmeasured_work(optics: OpticsPlan, occluding: float) -> Work:
         found = add(found, _wider_samples(optics), optics.channels)
     if defocus.gathers_scene(least_px, largest_px):
         rectangles = float(defocus.gathered_rectangles(largest_px))
-        gathers = window.width * window.height * rectangles * float(_gathered_taps(optics.projection, defocus, largest_px))
+        gathers = window.width * window.height * rectangles * float(_gathered_pixels(optics.projection, defocus, largest_px))
         found = min(found, {"frame": 1.0, "launches": 1.0, "gathers": gathers}, key=cost_ms)
     return found
 
@@ -153,16 +155,16 @@ def _gather_work(tiles: TilePlan) -> Work:
     gathered = chosen.computed & (chosen.samples_per_axis == 0)
     if not gathered.any():
         return {}
-    gathers = _gathered_taps(projection, tiles.defocus, chosen.largest_px[gathered]) * rectangles_of_tiles(tiles)[gathered]
+    gathers = _gathered_pixels(projection, tiles.defocus, chosen.largest_px[gathered]) * rectangles_of_tiles(tiles)[gathered]
     window, of_tiles = tiles.optics.window, TILE_ROWS * TILE_COLUMNS * math.prod(tiles.area.grid)
     return {"gathers": float(TILE_ROWS * TILE_COLUMNS * gathers.sum() * window.width * window.height / of_tiles)}
 
 
-def _gathered_taps(projection: Projection, defocus: Defocus, radius_px: np.ndarray) -> np.ndarray:
-    """Scene pixels that a photosite without samples may touch through a rectangle of the aperture, of all its upright parts."""
-    parts = projection.upright_parts
-    taps = np.ceil((1.0 / parts + 2.0 * defocus.pupil.corner_radius * radius_px) * projection.scale) + 1.0
-    return (parts * taps) ** 2
+def _gathered_pixels(projection: Projection, defocus: Defocus, radius_px: np.ndarray) -> np.ndarray:
+    """Scene pixels on an axis that a photosite without samples and a rectangle of the aperture may touch, as they take time."""
+    touched = np.ceil((1.0 + 2.0 * defocus.pupil.corner_radius * radius_px) * projection.scale * projection.extent) + 1.0
+    shares = LEANING if projection.has_leaning(1) else 1.0
+    return projection.leaning_parts**2 * touched * (shares + PRODUCT * touched)
 
 
 def _clipped_work(tiles: TilePlan) -> Work:

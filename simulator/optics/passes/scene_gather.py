@@ -17,6 +17,7 @@ from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.cfa import Cfa
 
+SPAN = 16  # photosites of a work-item on a CPU
 MOST_PX = 3.0  # larger blur circles reach more pixels than are gathered (`MOST_GATHERED`) [photosites]
 RADIUS_STEP_PX = 0.25  # tiles whose blur circles lie between multiples of it share a launch
 
@@ -30,6 +31,7 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
     gathered = chosen.computed & (chosen.samples_per_axis == 0)
     if not gathered.any():
         return
+    span = min(device.span, SPAN)
     pupil, inset = tiles.defocus.pupil.turned(projection.turn_rad), 0.5 * (1.0 - projection.open_side)
     steps, counts = np.ceil(chosen.largest_px / RADIUS_STEP_PX), rectangles_of_tiles(tiles)
     for layer, own in enumerate(tiles.defocus.radii_px):
@@ -37,17 +39,18 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
         for step, count in sorted(set(zip(steps[here].tolist(), counts[here].tolist(), strict=True))):
             selected = here & (steps == step) & (counts == count)
             rectangles = _rectangles(pupil, count)
-            side = (1.0 - 2.0 * inset) / projection.upright_parts + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
+            side = 1.0 - 2.0 * inset + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
             graded = isinstance(own, np.ndarray)
             defines = {
                 **projection.defines(cfa.macros(area.frame.x, area.frame.y), inset=inset),
-                "TAPS": math.ceil(side * projection.scale * projection.stretch) + 1 + graded,
-                "SPLIT": projection.upright_parts,
+                "TAPS": math.ceil(side * projection.scale * projection.extent) + 1 + graded,
+                "SPLIT": projection.leaning_parts,
+                "SPAN": span,
                 "REACH": f"{pupil.corner_radius:.9e}f",
                 "RECTANGLES": len(rectangles),
                 "GRADED": int(graded),
             }
-            size = (TILE_COLUMNS, TILE_ROWS, int(selected.sum()))
+            size = (TILE_COLUMNS // span, TILE_ROWS, int(selected.sum()))
             arguments = projection.arguments(area.frame.x, area.frame.y)
             del arguments["origin_x"], arguments["origin_y"]
             device.run(

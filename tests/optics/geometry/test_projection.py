@@ -155,7 +155,7 @@ def test_a_distorted_photosite_is_the_mean_over_its_own_area(size, fill_factor):
     places = np.stack([projection.offset_y + projection.scale * y, projection.offset_x + projection.scale * x]) - 0.5
     truth = map_coordinates(picture, places, order=int(size[0] == 48), mode="nearest").mean(axis=1)
     found = simulate(shot).mean_electrons.astype(float)[row.ravel(), column.ravel()] / unit(camera)
-    assert np.abs(found - truth).max() < 0.0015  # tilted sides as steps: 0.009 with one rectangle
+    assert np.abs(found - truth).max() < (0.0015 if size[0] == 48 else 0.0009)  # upright: 0.009
 
 
 @pytest.mark.parametrize(("scale", "k1"), [(1.0, -0.05), (1.0, 0.05), (0.7, -0.05)])
