@@ -31,7 +31,7 @@ from simulator.sensor.stages.registry import STAGES
 
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
 ELECTRONS, TIME_S, ISO = 2000.0, 1e-3, 100
-BLURRED_PX, TILE_SHARE = 6.0, 0.05  # radius out of focus, and the share of the picture that is
+BLURRED_PX, TILE_SHARE = 6.0, 0.05  # largest radius, and the share of the picture that is out of focus
 TEXT = """\
 {size} photosites. "Off" is a legal plan of ours: forced by an argument, or the same scene with the thing that prevents the
 skip. The error is that of the light on the sensor in a window against `tolerance: 0` of the same shot, in units of the noise of
@@ -68,11 +68,13 @@ def scene_of(light: np.ndarray, depth_m: float | np.ndarray, bands: int = 3, *be
 
 
 def partly_blurred(width: int, height: int, share: float, pitch_um: float) -> np.ndarray:
-    """Depth of a picture in focus but for a strip of so much of it at its right edge, (height, width) float32 [m]."""
-    far_m, edge = depth_of(np.array([BLURRED_PX]), pitch_um), round((1.0 - share) * width)
-    depth_m = np.full((height, width), LENS.focus_distance_m, np.float32)
-    depth_m[:, edge:] = far_m
-    return depth_m
+    """Depth of a wall in focus that bends away evenly over so much of the picture, at its right, (height, width) float32 [m].
+
+    A step in depth would take more time than either part, by what it hides.
+    """
+    right = np.clip((np.arange(width) + 0.5) / width - (1.0 - share), 0.0, None) / share
+    depth_m = depth_of(BLURRED_PX * right, pitch_um).astype(np.float32)
+    return np.broadcast_to(depth_m, (height, width)).copy()
 
 
 def with_noises(camera: Camera, sigma: float) -> Camera:
