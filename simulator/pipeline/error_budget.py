@@ -174,12 +174,12 @@ def _rays_meet_pixels(optics: OpticsPlan) -> bool:
 
 
 def _leaning(optics: OpticsPlan, radius_px: float) -> list[ErrorTerm]:
-    """Term of photosites that lean behind a distortion, of which even squares in focus are averaged exactly.
+    """Term of photosites that lean behind a distortion, of which even squares are averaged exactly where nothing blurs them.
 
     radius_px: of the smallest blur circle [photosites].
     """
     scene, projection, accuracy = optics.scene, optics.projection, optics.accuracy
-    if projection.warp is None or (projection.has_squares and optics.defocus is None):
+    if projection.warp is None or (projection.has_squares and optics.defocus is None and optics.psf is None):
         return []
     parts = upright_parts(projection)
     if accuracy.tolerance == 0.0 and optics.defocus is not None:  # rays meet samples

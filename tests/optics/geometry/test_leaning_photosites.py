@@ -14,6 +14,8 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.geometry.leaning_photosites import lean_error, upright_parts
 from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.error_budget import DISTORTION
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
@@ -50,3 +52,17 @@ def test_circles_hide_that_photosites_lean_as_is_told(scale, radius_px):
     told = lean_error(projection, *size, parts, radius_px, 1.0)
     print("LEFT", radius_px, left / told, lean)
     assert 0.3 * told < left <= told
+
+
+def test_nothing_is_told_of_squares_that_nothing_blurs():
+    """They are exact means; samples that lens or diffraction blur are upright, and light between pixels has parts."""
+
+    def told(scale, depth_m, diffraction):
+        pixels = np.random.default_rng(2).random((round(48 * scale), round(64 * scale)))
+        distortion = Distortion(k1=-0.06, unit="half_diagonal")
+        lens = ThinLens(50.0, 8.0, focus_distance_m=2.0, cos4=False, distortion=distortion, diffraction=diffraction)
+        budget = plan(Shot(band_scene(pixels, depth_m), lens, Exposure(0.01), small_camera(64, 48))).error_budget
+        return sum(term.sigma for term in budget.terms if term.effect == DISTORTION)
+
+    assert told(2.0, 2.0, False) == 0.0
+    assert min(told(2.0, 2.3, False), told(2.0, 2.0, True), told(1.0, 2.0, False)) > 1e-3
