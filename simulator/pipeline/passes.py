@@ -23,6 +23,7 @@ from simulator.optics.geometry.motion_cost import (
     instants_cost_ms,
     instants_of,
     moving_cost_ms,
+    row_work,
     square_work,
     sweep_cost_ms,
 )
@@ -282,7 +283,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
     else:
         key, reads = "sweep by square", square_work(projection, over)
     if optics.sweeps_rows:
-        key, reads = "sweep", 1.2 * projection.taps(1.0 / over) if projection.is_fine else 1.0
+        key, reads = "sweep", row_work(projection, over)
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
             key = "even sweep"
     planes = 2 * optics.moving_layers - (optics.moving_layers == layers)  # light and coverage of what is read at each instant

@@ -47,6 +47,16 @@ def square_work(projection: Projection, over: int = 1) -> float:
     return 1.0 + (LEANING_READ if leans else SQUARE_READ) * posed.taps(1.0 / over, leans) ** 2
 
 
+def row_work(projection: Projection, over: int) -> float:
+    """Work of one of `over` x `over` samples of a row that is read along a span, in units of "sweep".
+
+    Rows of even squares are blended over all pixels of the span; light between pixels is read at each sample's own place.
+    """
+    if projection.has_squares:
+        return 0.2 + 0.7 * projection.scale / over
+    return 2.5 if projection.is_bilinear else 1.0
+
+
 def moving_cost_ms(points: float, tables: float) -> float:
     """Return the predicted time of points of the aperture that carry instants [ms]. points, tables: units of COST_NS."""
     return 1e-6 * (COST_NS["moving launches"] + COST_NS["moving points"] * points + COST_NS["moving tables"] * tables)
