@@ -18,13 +18,12 @@ from simulator.optics.error_term import PSF, WINGS, together
 from simulator.optics.geometry.motion_cost import (
     DRIFTING,
     FOUR_READ,
-    PLACE,
     SHIFT_MARGIN_PX,
     instants_cost_ms,
     instants_of,
     moving_cost_ms,
+    place_work,
     row_work,
-    square_work,
     sweep_cost_ms,
 )
 from simulator.optics.geometry.motion_errors import MOTION
@@ -278,10 +277,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         method = f"swept along its path by its {weights}{before}"
         return Pass(name, True, method, pixels, 4 * pixels, error, cost)
     over = 1 if motion.blur is None else motion.blur.samples_per_axis
-    if projection.is_bilinear:
-        key, reads = "sweep by place", PLACE + (-(-projection.samples // over)) ** 2
-    else:
-        key, reads = "sweep by square", square_work(projection, over)
+    key, reads = place_work(projection, over)
     if optics.sweeps_rows:
         key, reads = "sweep", row_work(projection, over)
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:

@@ -40,11 +40,13 @@ def sweep_cost_ms(key: str, count: float) -> float:
     return 1e-6 * (COST_NS["sweep launches"] + COST_NS[key] * count)
 
 
-def square_work(projection: Projection, over: int = 1) -> float:
-    """Work of one of `over` x `over` samples of even squares at each place, in units of "sweep by square"."""
+def place_work(projection: Projection, over: int) -> tuple[str, float]:
+    """Work of one of `over` x `over` samples at a place of its own: key of COST_NS, and how many units."""
+    if projection.is_bilinear:
+        return "sweep by place", PLACE + (-(-projection.samples // over)) ** 2
     posed = replace(projection, pose=(0.0,) * 10)
     leans = posed.has_leaning(over)
-    return 1.0 + (LEANING_READ if leans else SQUARE_READ) * posed.taps(1.0 / over, leans) ** 2
+    return "sweep by square", 1.0 + (LEANING_READ if leans else SQUARE_READ) * posed.taps(1.0 / over, leans) ** 2
 
 
 def row_work(projection: Projection, over: int) -> float:

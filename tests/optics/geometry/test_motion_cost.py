@@ -17,7 +17,7 @@ from simulator.optics.geometry.motion_cost import (
     instants_cost_ms,
     instants_of,
     moving_cost_ms,
-    square_work,
+    place_work,
     sweep_cost_ms,
 )
 from simulator.optics.lens.distortion import Distortion
@@ -100,10 +100,10 @@ def test_samples_take_the_time_of_the_pixels_that_they_touch():
     """A sweep before a blur reads the pixels of a sample, which is upright, not those of its whole photosite, which leans."""
     scene, lens = band_scene(np.ones((48, 64))), dataclasses.replace(LENS, distortion=Distortion(-0.05, unit="half_diagonal"))
     projection = dataclasses.replace(
-        plan(Shot(scene, lens, Exposure(0.001), small_camera(64, 48))).optics.projection, nearest=True
+        plan(Shot(scene, lens, Exposure(0.001), small_camera(64, 48))).optics.projection, nearest=True, is_bilinear=False
     )
     assert projection.taps(1.0, leans=True) == 3 and projection.taps(0.25) == 2
-    assert square_work(projection) > 3.0 * square_work(projection, 4)
+    assert place_work(projection, 1)[1] > 3.0 * place_work(projection, 4)[1]
 
 
 def pan_cost_ms(lens, side_px):
