@@ -19,7 +19,7 @@ COST_NS = {
     "shifting layers": 0.08,  # for each photosite, instant and plane of layers that move without a turn over such a scene
     "shift": 0.15,  # for each photosite, and photosite of a path and SHIFT_MARGIN_PX, of such a scene that moves without a turn
     "sweep by vector": 100.0,  # for each photosite and instant, where each pixel moves by itself
-    "sweep by place": 2.5,  # for each photosite, instant, layer, and part of bilinear light, of which there are PLACE more
+    "sweep by place": 2.5,  # for each photosite, instant, layer, and part of light between pixels, with PLACE more parts
     "sweep by square": 3.0,  # for each photosite, instant and layer of even squares, whose reads count beside it
     "moving launches": 3.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
     "moving points": 0.25,  # for each photosite, point of the aperture and slab of radius
@@ -42,7 +42,7 @@ def sweep_cost_ms(key: str, count: float) -> float:
 
 def place_work(projection: Projection, over: int) -> tuple[str, float]:
     """Work of one of `over` x `over` samples at a place of its own: key of COST_NS, and how many units."""
-    if projection.is_bilinear:
+    if not projection.has_squares:
         return "sweep by place", PLACE + (-(-projection.samples // over)) ** 2
     posed = replace(projection, pose=(0.0,) * 10)
     leans = posed.has_leaning(over)

@@ -50,9 +50,9 @@ def widest(projection: Projection, plan: MotionPlan, homographies: np.ndarray) -
 
 
 def shape_of(homography: np.ndarray, width_px: float, height_px: float) -> tuple[float, float, float]:
-    """Return how far sides of photosites lean, in their length, how far they are stretched, and the extent of their
-    parallelograms along an axis, over their side: the most of each, somewhere on a sensor.
+    """Return the lean, the stretch and the extent of photosites: the most of each, somewhere on a sensor.
 
+    How far a side leans and how long it is, and the width or height of the parallelogram, all over the side of a photosite.
     homography: (3, 3) of places from its middle. The side that leans less counts, as one of a photosite that is turned over.
     """
     ends = (-0.55, 0.0, 0.55)  # also beyond the sensor, where light beside it is read

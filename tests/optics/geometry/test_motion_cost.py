@@ -100,7 +100,7 @@ def test_samples_take_the_time_of_the_pixels_that_they_touch():
     """A sweep before a blur reads the pixels of a sample, which is upright, not those of its whole photosite, which leans."""
     scene, lens = band_scene(np.ones((48, 64))), dataclasses.replace(LENS, distortion=Distortion(-0.05, unit="half_diagonal"))
     projection = dataclasses.replace(
-        plan(Shot(scene, lens, Exposure(0.001), small_camera(64, 48))).optics.projection, nearest=True, is_bilinear=False
+        plan(Shot(scene, lens, Exposure(0.001), small_camera(64, 48))).optics.projection, nearest=True
     )
     assert projection.taps(1.0, leans=True) == 3 and projection.taps(0.25) == 2
     assert place_work(projection, 1)[1] > 3.0 * place_work(projection, 4)[1]

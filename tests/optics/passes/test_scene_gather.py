@@ -65,20 +65,20 @@ def test_fine_scenes_keep_a_tenth_of_the_noise(kind, scale, electrons):
     assert max(missed.values()) <= 0.1, missed
 
 
-@pytest.mark.parametrize("radius", [0.05, 0.3, 1.4])
-@pytest.mark.parametrize("scale", [1.02, 2.0])
-def test_circles_behind_a_distortion_are_those_of_the_sensor(scale, radius):
+@pytest.mark.parametrize(
+    ("scale", "radius", "blades"), [(1.02, 0.05, None), (2.0, 0.3, None), (1.02, 1.4, None), (2.0, 1.4, 3)]
+)
+def test_circles_behind_a_distortion_are_those_of_the_sensor(scale, radius, blades):
     """Random pixels against 2^15 points of photosite and circle, each traced back: upright circles left 6e-3 of the light."""
-    shape, lens = (120, 160), replace(LENS, distortion=Distortion(k1=-0.05, unit="half_diagonal"))
+    shape, aperture = (120, 160), None if blades is None else Aperture(blades, 10.0)
+    lens = replace(LENS, aperture=aperture, distortion=Distortion(k1=-0.05, unit="half_diagonal"))
     pixels = fine_scene("noise", scale, shape)
     found, planned = frame_radiance(fine_shot(pixels, shape, radius, 1e5, lens=lens))
     assert not planned.tiles.chosen.sample_grids()
     projection, rng = planned.optics.projection, np.random.default_rng(3)
-    right, down, share, angle = qmc.Sobol(4, seed=1).random_base2(15).T
-    right, down = (
-        right + radius * np.sqrt(share) * np.cos(2.0 * np.pi * angle),
-        down + radius * np.sqrt(share) * np.sin(2.0 * np.pi * angle),
-    )
+    right, down, chosen, along = qmc.Sobol(4, seed=1).random_base2(15).T
+    lens_x, lens_y = lens.pupil.map_unit_square(chosen, along)
+    right, down = right + planned.optics.defocus.radii_px[0] * lens_x, down + planned.optics.defocus.radii_px[0] * lens_y
     rows, columns = rng.integers([MARGIN, MARGIN], [shape[0] - MARGIN, shape[1] - MARGIN], (150, 2)).T
     x, y = projection.warp.undistorted(columns[:, None] + right, rows[:, None] + down)
     places = (projection.offset_y + projection.scale * y).astype(int), (projection.offset_x + projection.scale * x).astype(int)
