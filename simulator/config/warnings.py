@@ -71,18 +71,20 @@ def frame_warnings(raw: Raw) -> list[str]:
     clean, electrons = (_every(step, plane[raw.active]) for plane in (raw.noise_free_dn, raw.mean_electrons))
     share = float(np.mean(clean >= raw.white_level_dn - 0.5))
     span_dn = raw.white_level_dn - raw.black_level_dn
-    slope, offset = (max(row) for row in zip(*raw.noise_profile, strict=True))
-    dark_dn, peak_dn = math.sqrt(offset) * span_dn, float(clean.max()) - raw.black_level_dn
-    value, full_e = f"exposure.time = {raw.exposure_time_s:g} s", 1.0 / slope if slope > 0 else math.inf
+    peak_dn = raw.gain_dn_per_e * float(electrons.max())  # dark current is no signal
+    value, full_e = (
+        f"exposure.time = {raw.exposure_time_s:g} s",
+        span_dn / raw.gain_dn_per_e if raw.gain_dn_per_e > 0 else math.inf,
+    )
     light_e = float(np.percentile(electrons, 99.0))
     fix = "change exposure.time, the aperture or scene.luminance"
     if 0 < full_e < math.inf and light_e > 0:
         fix = f"with {raw.exposure_time_s * full_e / light_e:.2g} s the brightest hundredth would reach white; {fix}"
     if share >= CLIPPED_SHARE:
         return [f"{value}: {100 * share:.3g} % of the photosites clip, the frame shows nothing; {fix}"]
-    if peak_dn < dark_dn:
-        signal = f"no photosite's signal ({max(peak_dn, 0.0):.2g} DN at most)"
-        return [f"{value}: {signal} reaches the noise in the dark ({dark_dn:.2g} DN), the frame is black; {fix}"]
+    if peak_dn < raw.dark_noise_dn:
+        signal = f"no photosite's signal ({peak_dn:.2g} DN at most)"
+        return [f"{value}: {signal} reaches the noise in the dark ({raw.dark_noise_dn:.2g} DN), the frame is black; {fix}"]
     return []
 
 

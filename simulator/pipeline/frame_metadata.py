@@ -48,6 +48,8 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
         black_level_dn=sensor.black_level_dn,
         white_level_dn=sensor.white_level_dn(),
         noise_profile=(sensor.noise_profile(),) * camera.channels,
+        gain_dn_per_e=sensor.frame_gain_dn_per_e(),
+        dark_noise_dn=sensor.dark_noise_dn(),
         color_matrix=matrix_under_d65(camera),
         color_matrix_a=fitted_matrices.get("color_matrix_a"),
         forward_matrix_d65=fitted_matrices.get("forward_matrix_d65"),

@@ -20,8 +20,7 @@ def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray, *later_electron
     mean_electrons: (height, width) mean photoelectrons of the frame's pixels [e-]; later_electrons: those of the further
         exposures of an HDR read-out. `simulator.sensor.code_variance` lists the noises that it holds.
     """
-    binning = sensor.readout.binning
-    count = binning.count if binning is not None and sensor.readout.adds_charge else 1
+    count = sensor.readout.summed
     if isinstance(sensor, HdrSensorPlan):
         return combined_variance(sensor, (mean_electrons, *later_electrons), count)
     return code_variance(sensor.moment_steps(), mean_electrons, count)

@@ -29,6 +29,8 @@ class Raw(Displayed):
         None: a file stores `dn` itself.
     noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
+    gain_dn_per_e: K of EMVA 1288, codes for each of `mean_electrons` [DN/e-]; 0 where it is not known.
+    dark_noise_dn: standard deviation of the code without light [DN]; 0 where it is not known.
     color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix); None for MONO.
     color_matrix_a: the same under illuminant A; None when only one is known.
     forward_matrix_d65, forward_matrix_a: (3, 3) white-balanced camera to XYZ under D50 (DNG ForwardMatrix); None when
@@ -71,6 +73,8 @@ class Raw(Displayed):
     forward_matrix_d65: np.ndarray | None = None
     forward_matrix_a: np.ndarray | None = None
     baseline_exposure_ev: float | None = None
+    gain_dn_per_e: float = 0.0
+    dark_noise_dn: float = 0.0
     name: str = "shot"
     black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     linearization: np.ndarray | None = None

@@ -46,7 +46,7 @@ def truth_parts(raw: Raw) -> list[PicturePart]:
     `Raw.truth`, as PARTS lists them. The clean signal of a MONO frame has the one channel Y instead of R, G, B; that of
     other filters the letters of their colours.
     Attributes of each: Software, photosite:unit; of the first also photosite:iso, :cfa, :black_level_dn, :white_level_dn
-    and :gain_dn_per_e (K of EMVA 1288; absent without photon shot noise).
+    and :gain_dn_per_e (K of EMVA 1288: codes for each of `electrons.mean`; absent where it is not known).
     Raises PhotositeError when an array has another shape than the mosaic.
     """
     parts = [
@@ -59,8 +59,8 @@ def truth_parts(raw: Raw) -> list[PicturePart]:
                 channels = ("Y",) if raw.cfa == "MONO" else tuple(Cfa.named(raw.cfa).letters)
             parts.append(_part(raw, name, raw.truth[name], channels, unit, compression))
     facts = {"iso": raw.iso, "cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
-    if gain_dn_per_e := _gain_dn_per_e(raw):
-        facts["gain_dn_per_e"] = gain_dn_per_e
+    if raw.gain_dn_per_e > 0.0:
+        facts["gain_dn_per_e"] = raw.gain_dn_per_e
     attributes = parts[0].attributes | {f"photosite:{name}": value for name, value in facts.items()}
     return [replace(parts[0], attributes=attributes), *parts[1:]]
 
@@ -88,8 +88,3 @@ def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], uni
         )
     attributes: dict[str, object] = {"compression": compression, "photosite:unit": unit}
     return PicturePart(name, pixels.astype(np.float32, casting="same_kind", copy=False), channels, attributes, _TILE_ROWS)
-
-
-def _gain_dn_per_e(raw: Raw) -> float:
-    """K from the noise profile, S = K / (white - black) (DNG 1.4, NoiseProfile); 0 without photon shot noise [DN/e-]."""
-    return float(raw.noise_profile[0][0]) * (raw.white_level_dn - raw.black_level_dn)

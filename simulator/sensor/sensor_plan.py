@@ -131,6 +131,14 @@ class SensorPlan:
         dark, one = self._unclipped(0.0), self._unclipped(1.0)
         return one.mean - dark.mean
 
+    def frame_gain_dn_per_e(self) -> float:
+        """Return K of the frame [DN/e-]: codes for each of a pixel's photoelectrons, those of all binned photosites."""
+        return self.gain_dn_per_e() / self.readout.summed
+
+    def dark_noise_dn(self) -> float:
+        """Return the standard deviation of the code without light and clipping [DN]: of read noise and dark current."""
+        return math.sqrt(self._unclipped(0.0).variance)
+
     def electrons_at_white(self) -> float:
         """Return the photoelectrons that raise the mean code from that in the dark to the white level, linearly [e-].
 
@@ -176,10 +184,15 @@ class SensorPlan:
         return a, b, c, d
 
     def noise_profile(self) -> tuple[float, float]:
-        """Return S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
+        """Return S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4).
+
+        x counts from the black level, so that the electrons of dark current are part of it.
+        """
         dark, one = self._unclipped(0.0), self._unclipped(1.0)
-        slope = (one.variance - dark.variance) / (one.mean - dark.mean)
-        return slope / self.full_scale_dn(), dark.variance / self.full_scale_dn() ** 2
+        slope_dn = (one.variance - dark.variance) / (one.mean - dark.mean)
+        signal_dn = dark.mean - self.black_level_dn - sum(self.black_offsets_dn()) / 4.0
+        at_black = max(dark.variance - slope_dn * signal_dn, 0.0)
+        return slope_dn / self.full_scale_dn(), at_black / self.full_scale_dn() ** 2
 
 
 def _code_offsets_dn(offsets_dn: Iterable[float], later: tuple[Stage, ...]) -> np.ndarray:

@@ -72,3 +72,14 @@ def test_a_frame_that_shows_nothing_is_warned_of_with_a_time_that_shows_somethin
     raw = simulate(load_shot("flat_field", [*settings, f"exposure.time={better} s"]))
     assert frame_warnings(raw) == []
     assert 0.9 < (np.percentile(raw.noise_free_dn, 99) - raw.black_level_dn) / (raw.white_level_dn - raw.black_level_dn) <= 1.0
+
+
+def test_dark_current_alone_shows_nothing():
+    settings = [
+        "camera.window={x: 0, y: 0, width: 64, height: 48}",
+        "exposure.iso=800",
+        "exposure.time=30 s",
+        "scene.reflectance=0",
+    ]
+    found = frame_warnings(simulate(load_shot("flat_field", [*settings, "camera.stages.dark_current={rate: 20 e-/s}"])))
+    assert len(found) == 1 and "the frame is black" in found[0]

@@ -28,6 +28,7 @@ def random_frame(
         black_level_dn=white // 32,
         white_level_dn=white,
         noise_profile=((2e-4, 3e-7),) if mono else ((2e-4, 3e-7), (2.5e-4, 4e-7), (3e-4, 5e-7)),
+        gain_dn_per_e=0.5,
         color_matrix=None if mono else COLOR_MATRIX,
         as_shot_neutral=(1.0,) if mono else NEUTRAL,
         make="Photosite",

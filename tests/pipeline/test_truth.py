@@ -1,6 +1,7 @@
 """The truth twin says what the noisy frame is on average."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.registry import STAGES
 
@@ -53,6 +56,20 @@ def test_truth_has_the_dark_current_and_the_clipping_but_not_the_rounding():
         raw = simulate(Shot(band_scene(np.full((4, 4), weight), math.inf), LENS, Exposure(0.01), camera))
         expected = 512.0 + 0.8 * np.minimum(raw.mean_electrons.astype(float) + 10.0, 2000.0)
         assert np.allclose(raw.noise_free_dn, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"binning": Binning(2, "average")}, {"binning": Binning(2, "charge")}, {"crosstalk": Crosstalk(electrical=0.03)}],
+    ids=["plain", "average", "charge", "crosstalk"],
+)
+def test_the_gain_of_a_frame_is_codes_for_each_mean_electron(changes):
+    camera = replace(noisy_camera(photon_shot_noise=()), **changes)
+    dark, lit = (
+        simulate(Shot(band_scene(np.full((4, 4), weight), math.inf), LENS, Exposure(0.01), camera)) for weight in (0.0, 0.3)
+    )
+    codes = lit.noise_free_dn.mean(dtype=float) - dark.noise_free_dn.mean(dtype=float)
+    assert codes / lit.mean_electrons.mean(dtype=float) == pytest.approx(lit.gain_dn_per_e, rel=1e-5)
 
 
 def test_white_level_is_the_lower_of_well_and_adc():

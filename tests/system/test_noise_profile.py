@@ -1,5 +1,7 @@
 """NoiseProfile is true: on flat fields of 20 levels, read back from the files alone, variance = S x + O."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import tifffile
@@ -11,6 +13,8 @@ from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera
 from simulator.measurement.statistics.temporal_noise import pair_noise
 from simulator.raw.dng.tags import Tag
 from simulator.raw.raw_reader import read_raw_file
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.stages.dark_current import DarkCurrent
 
 LEVELS = 20
 BRIGHTEST = 0.85  # of white in the most sensitive colour, where noise is not yet cut off
@@ -24,10 +28,12 @@ def noise_profile(path) -> tuple[float, float]:
     return values[:2]
 
 
-def variance_ratios(folder, camera: str, iso: int, frames: int, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
+def variance_ratios(
+    folder, camera: Camera, iso: int, frames: int, width: int, height: int, time_s: float = 1 / 60
+) -> tuple[np.ndarray, np.ndarray]:
     """Measured over promised variance, and its standard error: (LEVELS, planes and pairs)."""
-    body = bench_camera(load_camera(camera), width, height)
-    bench = FlatBench(body, iso, 1 / 60, white_light(), folder)
+    body = bench_camera(camera, width, height)
+    bench = FlatBench(body, iso, time_s, white_light(), folder)
     dark = bench.planned.sensor.moments(0.0)
     # A camera without pedestal cuts off its darkest noise, which no S x + O describes.
     darkest = (
@@ -62,7 +68,14 @@ def check(found: np.ndarray, errors: np.ndarray) -> None:
 
 
 def test_the_variance_of_twenty_levels_is_that_of_the_noise_profile(tmp_path):
-    check(*variance_ratios(tmp_path, "sony_a7s2", 1600, frames=8, width=400, height=300))
+    check(*variance_ratios(tmp_path, load_camera("sony_a7s2"), 1600, frames=8, width=400, height=300))
+
+
+def test_the_noise_of_dark_current_counts_once_in_the_noise_profile(tmp_path):
+    """3000 dark electrons stand above the black level, as light does."""
+    body = load_camera("sony_a7s2")
+    warm = replace(body, stages={**body.stages, "dark_current": DarkCurrent(100.0)})
+    check(*variance_ratios(tmp_path, warm, 1600, frames=8, width=400, height=300, time_s=30.0))
 
 
 CAMERAS = [
@@ -78,4 +91,4 @@ CAMERAS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("camera", "iso"), CAMERAS)
 def test_the_variance_of_twenty_levels_is_that_of_the_noise_profile_at_a_thousandth(tmp_path, camera, iso):
-    check(*variance_ratios(tmp_path, camera, iso, frames=16, width=640, height=480))
+    check(*variance_ratios(tmp_path, load_camera(camera), iso, frames=16, width=640, height=480))

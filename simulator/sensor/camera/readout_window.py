@@ -41,6 +41,11 @@ class ReadoutGeometry:
         return self.binning is not None and self.binning.mode == "charge"
 
     @property
+    def summed(self) -> int:
+        """Number of photosites whose charge a pixel of the frame holds."""
+        return self.binning.count if self.binning is not None and self.adds_charge else 1
+
+    @property
     def averages(self) -> bool:
         """Whether the codes of binned photosites are averaged."""
         return self.binning is not None and self.binning.mode == "average"
