@@ -7,7 +7,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.scene.color_channels import color_layers
-from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, read_pixels
+from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, largest_code, read_pixels
 
 Alpha = Annotated[
     Literal["auto", "associated", "straight"],
@@ -48,11 +48,11 @@ def load_coverage(
 def unit_range(stored: np.ndarray, key: str, path: Path) -> np.ndarray:
     """Alpha (height, width) as float32 of 0 to 1; integer codes are divided by their largest.
 
-    Raises PhotositeError that names the file, the first pixel and its value, for NaN and for alpha outside 0 to 1.
+    Raises PhotositeError that names the file, the first pixel and its value, for NaN and for alpha outside 0 to 1; and as
+    `largest_code` does.
     """
-    largest = np.iinfo(stored.dtype).max if stored.dtype.kind in "ui" else 1
     coverage = stored.astype(np.float32)
-    coverage /= np.float32(largest)
+    coverage /= np.float32(largest_code(stored, key, path))
     check_finite(coverage, key, path)
     fault = (coverage < -SLACK) | (coverage > 1 + SLACK)
     if fault.any():

@@ -6,7 +6,7 @@ import numpy as np
 
 from simulator.color.colour_science import colour_science
 from simulator.errors import PhotositeError
-from simulator.scene.pixel_file import PixelFile
+from simulator.scene.pixel_file import PixelFile, largest_code
 
 REC709_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, Table 1, item 1.3 and 1.4
 
@@ -57,8 +57,10 @@ def _wrong_channels(file: PixelFile, layer: str | None, key: str) -> PhotositeEr
     )
 
 
-def to_linear(stored: np.ndarray, encoding: str, file: PixelFile) -> tuple[np.ndarray, tuple[str, ...]]:
+def to_linear(stored: np.ndarray, encoding: str, file: PixelFile, key: str) -> tuple[np.ndarray, tuple[str, ...]]:
     """Linear sRGB planes, float32, and notes; integers are divided by their largest code first.
+
+    Raises PhotositeError that names `key` and the file for integers that are neither uint8 nor uint16.
 
     encoding: "srgb" undoes the curve of IEC 61966-2-1, "linear" does not, "auto" takes integers as sRGB, floats as linear.
     An EXR that states other chromaticities than BT.709 is converted (white adapted by CAT02).
@@ -69,7 +71,7 @@ def to_linear(stored: np.ndarray, encoding: str, file: PixelFile) -> tuple[np.nd
         encoding = "srgb" if is_integer else "linear"
         if is_integer:
             notes.append(f"{name}: taken as sRGB and linearised (IEC 61966-2-1); write encoding: linear if it is linear")
-    planes = _decode(stored, encoding)
+    planes = _decode(stored, encoding, largest_code(stored, key, file.path))
     primaries = file.chromaticities
     if primaries is not None and planes.shape[2] == 3 and not np.allclose(primaries, REC709_CHROMATICITIES, atol=1e-3):
         planes = (planes @ _to_rec709(primaries).T).astype(np.float32)
@@ -77,17 +79,13 @@ def to_linear(stored: np.ndarray, encoding: str, file: PixelFile) -> tuple[np.nd
     return np.ascontiguousarray(planes), tuple(notes)
 
 
-def _decode(stored: np.ndarray, encoding: str) -> np.ndarray:
+def _decode(stored: np.ndarray, encoding: str, largest: int) -> np.ndarray:
     """Float32 of 0 to 1 for integers, as they are for floats; through the sRGB curve for "srgb"."""
     curve = srgb_to_linear if encoding == "srgb" else np.asarray
-    if stored.dtype in (np.uint8, np.uint16):  # a table of all codes is faster than a power per pixel
-        codes = np.arange(np.iinfo(stored.dtype).max + 1, dtype=np.float64) / np.iinfo(stored.dtype).max
-        return curve(codes).astype(np.float32)[stored]
-    largest = np.iinfo(stored.dtype).max if stored.dtype.kind in "ui" else 1.0
+    if stored.dtype.kind == "u":  # a table of all codes is faster than a power per pixel
+        return curve(np.arange(largest + 1, dtype=np.float64) / largest).astype(np.float32)[stored]
     with np.errstate(over="ignore"):  # what float32 cannot hold becomes Inf, which is refused later
-        if stored.dtype.kind == "f" and encoding == "linear":
-            return stored.astype(np.float32)
-        return curve(stored.astype(np.float64) / largest).astype(np.float32)
+        return stored.astype(np.float32) if encoding == "linear" else curve(stored.astype(np.float64)).astype(np.float32)
 
 
 def srgb_to_linear(encoded: np.ndarray) -> np.ndarray:

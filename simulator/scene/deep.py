@@ -80,7 +80,7 @@ class DeepScene:
         """Convert samples to linear sRGB >= 0 and to depth in metres along the axis; and notes for the log."""
         colour = samples.colour[:, None, :]
         as_file = PixelFile(self.deep, colour, ("R", "G", "B")[: colour.shape[2]], chromaticities=chromaticities)
-        planes, notes = to_linear(colour, "linear", as_file)
+        planes, notes = to_linear(colour, "linear", as_file, "scene.deep")
         fault: np.ndarray = np.any(planes < 0, axis=(1, 2))
         if fault.any():
             pixels = np.where(samples.where(fault), planes.min(), np.float32(0))[..., None]

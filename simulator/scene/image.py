@@ -82,7 +82,7 @@ class ImageScene:
 
         Raises PhotositeError for NaN, Inf and negative values, and for a black picture with a mean anchor.
         """
-        planes, notes = to_linear(stored, self.encoding, file)
+        planes, notes = to_linear(stored, self.encoding, file, key)
         check_finite(planes, key, self.image)
         clip_notes = clip_negative(planes, self.negative, key, self.image)
         return replace(

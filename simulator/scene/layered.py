@@ -48,7 +48,7 @@ class PictureLayer:
         file = read_pixels(self.image, f"{key}.image")
         depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
         stored = color_channels(file, self.layer, depth_channel, f"{key}.image")
-        planes, notes = to_linear(stored, scene.encoding, file)
+        planes, notes = to_linear(stored, scene.encoding, file, f"{key}.image")
         check_finite(planes, f"{key}.image", self.image)
         clip_notes = clip_negative(planes, scene.negative, f"{key}.image", self.image)
         coverage, straight = load_coverage(file, self.alpha, self.alpha_image, self.layer, key)

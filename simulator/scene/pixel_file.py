@@ -185,6 +185,18 @@ def unreadable(key: str, path: Path, reason: str) -> PhotositeError:
     return file_error(f"cannot be read ({first_line(reason) or 'no reason given'}); {DAMAGED}", path, key)
 
 
+def largest_code(stored: np.ndarray, key: str, path: Path) -> int:
+    """Return the code that stands for 1: the largest of 8 or 16 bits; 1 of floats.
+
+    Raises PhotositeError that names `key` and the file for other integers, of which nothing tells how many bits are used.
+    """
+    if stored.dtype.kind == "f":
+        return 1
+    rule = f"holds {stored.dtype}, of which nothing tells which code is white; give uint8, uint16 or floats"
+    require(stored.dtype in (np.uint8, np.uint16), key, path, rule)
+    return int(np.iinfo(stored.dtype).max)
+
+
 def first_fault(fault: np.ndarray) -> str:
     """How many pixels are at fault, and where the first is, of a (height, width[, channels]) bool array."""
     pixels = fault.reshape(*fault.shape[:2], -1).any(axis=2)

@@ -11,6 +11,7 @@ from helpers.picture_files import write
 
 from simulator.color.spectra import illuminant
 from simulator.errors import PhotositeError
+from simulator.scene.arrays import scene_from_rgb
 from simulator.scene.depth import DepthChannel, DepthImage
 from simulator.scene.image import ImageScene
 
@@ -74,6 +75,16 @@ def test_encoding_overrides_the_guess_both_ways(tmp_path):
     assert scene.planes[0, 0, 0] == pytest.approx(0.2, rel=1e-6) and not scene.notes
     floating = write(tmp_path / "a.exr", np.full((1, 1, 3), 0.5, np.float32))
     assert ImageScene(floating, luminance_cd_m2=1.0, encoding="srgb").load().planes[0, 0, 0] == pytest.approx(0.21404, abs=1e-5)
+
+
+@pytest.mark.parametrize("dtype", ["int16", "int32", "uint32", "int64"])
+def test_integers_whose_white_nothing_tells_are_refused(tmp_path, dtype):
+    """Of 255 in an int64 array nothing but a black picture would be left."""
+    np.save(tmp_path / "a.npy", np.full((4, 4, 3), 255, dtype))
+    with pytest.raises(PhotositeError, match=f"scene.image = .*a.npy: holds {dtype}, .* give uint8, uint16 or floats"):
+        ImageScene(tmp_path / "a.npy", 100.0).load()
+    with pytest.raises(PhotositeError, match=f"rgb = .*holds {dtype}, .* give uint8, uint16 or floats"):
+        scene_from_rgb(np.full((4, 4, 3), 255, dtype), luminance_cd_m2=100.0)
 
 
 def test_jpeg_and_hdr_and_npy_are_read(tmp_path):

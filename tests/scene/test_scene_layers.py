@@ -95,6 +95,13 @@ def test_a_png_is_straight_and_its_alpha_is_no_srgb(tmp_path):
     np.testing.assert_allclose(scene.planes, srgb_to_linear(codes[..., :3] / 255.0) * alpha[..., None], atol=1e-6)
 
 
+def test_alpha_in_integers_whose_largest_nothing_tells_is_refused(tmp_path):
+    np.save(tmp_path / "m.npy", np.full(SIZE, 255))
+    layer = PictureLayer(exr(tmp_path / "p.exr", np.ones((*SIZE, 3), np.float32)), 1.0, alpha_image=tmp_path / "m.npy")
+    with pytest.raises(PhotositeError, match="alpha_image = .*m.npy: holds int64, .* give uint8, uint16 or floats"):
+        scene_of(layer).load()
+
+
 def test_srgb_codes_times_alpha_are_refused(tmp_path):
     file = write(tmp_path / "a.png", np.full((*SIZE, 4), 100, np.uint8), **STRAIGHT)
     with pytest.raises(PhotositeError, match="scene.layers.0.alpha = associated: .*not in proportion to light"):
