@@ -40,8 +40,8 @@ def scene_from_rgb(
     luminance_cd_m2: of white, or the mean over the picture, as luminance_of says [cd m^-2].
     depth_m: along the optical axis [m], one number or (height, width); inf is allowed.
     field_of_view_deg: full horizontal angle of the picture [deg]; left out, it fills the sensor.
-    The other arguments are those of `ImageScene`. Raises PhotositeError for an array of another shape or of other integers, for NaN,
-    Inf and negative values, depth of another size, NaN, 0 or less, and for a light that is not known.
+    The other arguments are those of `ImageScene`. Raises PhotositeError for an array of another shape or of other integers,
+    for NaN, Inf and negative values, depth of another size, NaN, 0 or less, and for a light that is not known.
     """
     file, distance = _pixels(rgb, "rgb"), _distance(depth_m)
     colors = file.pixels.shape[2]

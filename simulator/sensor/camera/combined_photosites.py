@@ -17,14 +17,15 @@ def combine_photosites(camera: Camera, side: int) -> Camera:
     2^(16 - bit depth) times as large. For even light, mean and variance of each code are those of the mean of the codes of
     side x side photosites (independent noises add, EMVA 1288 R4.0, 2.1; what a row or column shares is averaged over `side` of
     them). Near clipping they differ, since the mean of clipped codes is not the clipped mean. Tukey-lambda noise, and noise
-    that differs between photosites, become normal. Crosstalk and optical black, whose reach is a few photosites, are left out.
-    The sensor loses the rows and columns that fill no photosite.
-    Raises PhotositeError for a side below 1, or of which the sensor or its window has less than two.
+    that differs between photosites, become normal. Crosstalk, whose reach is a few photosites, is left out. Of a sensor with
+    optical black what light reaches is read out. The sensor loses the rows and columns that fill no photosite.
+    Raises PhotositeError for a side below 1, of which the sensor or its window has less than two, and
+    for a window of covered photosites alone.
     """
     require(side >= 1, "side", side, "give 1 photosite or more")
     if side == 1:
         return camera
-    width_px, height_px = camera.active.width // side, camera.active.height // side
+    width_px, height_px = camera.width_px // side, camera.height_px // side
     rule = f"leaves {width_px} x {height_px} of the sensor's photosites; give a smaller one"
     require(min(width_px, height_px) >= 2, "side", side, rule)
     codes = 2.0 ** (BIT_DEPTH - camera.bit_depth)
@@ -43,7 +44,7 @@ def combine_photosites(camera: Camera, side: int) -> Camera:
         read_noise_spread=0.0,
         read_noise_model=None if model is None else _combine_model(model, side, codes),
         stages={stem: stage for stem, stage in stages.items() if stage is not None},
-        window=None if camera.window is None else _combine_window(camera.window, side),
+        window=_combine_window(_lit_part(camera), side) if camera.window or camera.optical_black else None,
         crosstalk=None,
         optical_black=None,
     )
@@ -70,6 +71,17 @@ def _combine_model(model: ReadNoiseModel, side: int, codes: float) -> ReadNoiseM
         before_gain_e=side * model.before_gain_e,
         after_gain_dn=codes * model.after_gain_dn / side,
     )
+
+
+def _lit_part(camera: Camera) -> Window:
+    """Return the part of the frame that light reaches. Raises PhotositeError where none does."""
+    frame, active = camera.frame, camera.active
+    x, y = max(frame.x, active.x), max(frame.y, active.y)
+    width = min(frame.x + frame.width, active.x + active.width) - x
+    height = min(frame.y + frame.height, active.y + active.height) - y
+    rule = f"no light reaches it; give one that has a part of the active area, {active}"
+    require(min(width, height) > 0, "camera.window", frame, rule)
+    return Window(x, y, width, height)
 
 
 def _combine_window(window: Window, side: int) -> Window:

@@ -19,6 +19,7 @@ from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.combined_photosites import combine_photosites
+from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.camera.read_noise_model import ReadNoiseModel
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.banding import Banding
@@ -118,3 +119,22 @@ def test_a_window_keeps_its_place_and_colours():
     body = combine_photosites(camera, 4)
     assert (body.window.x, body.window.y) == (24, 16) and (body.window.width, body.window.height) == (50, 30)
     assert body.frame_cfa() == "GRBG"
+
+
+@pytest.mark.parametrize("window", [None, Window(64, 32, 576, 448), Window(0, 0, 640, 480)])
+def test_of_a_sensor_with_optical_black_the_lit_part_is_read_where_it_lies(window):
+    """The optical axis meets the middle of the whole sensor, so that covered photosites keep their places."""
+    camera = small_camera(640, 480, cfa="RGGB", window=window, optical_black=OpticalBlack(left_px=64, top_px=32))
+    body = combine_photosites(camera, 4)
+    assert body.window == Window(16, 8, 144, 112) and (body.width_px, body.height_px) == (160, 120)
+    assert body.optical_black is None and body.frame_cfa() == "RGGB"
+    part = combine_photosites(replace(camera, window=Window(320, 240, 128, 64)), 4)
+    assert part.window == Window(80, 60, 32, 16)
+
+
+def test_a_window_of_covered_photosites_alone_is_refused():
+    camera = small_camera(640, 480, window=Window(0, 0, 48, 480), optical_black=OpticalBlack(left_px=64))
+    with pytest.raises(
+        PhotositeError, match=r"camera.window = 48 x 480 at \(0, 0\): no light reaches it; .* 576 x 480 at \(64, 0\)"
+    ):
+        combine_photosites(camera, 4)
