@@ -135,6 +135,10 @@ class SensorPlan:
         """Return K of the frame [DN/e-]: codes for each of a pixel's photoelectrons, those of all binned photosites."""
         return self.gain_dn_per_e() / self.readout.summed
 
+    def dark_signal_dn(self) -> float:
+        """Return the mean code without light above the black level [DN], that of dark current: EMVA 1288's mu_y.dark."""
+        return self._above_black(self.moments(0.0))
+
     def dark_noise_dn(self) -> float:
         """Return the standard deviation of the code without light and clipping [DN]: of read noise and dark current."""
         return math.sqrt(self._unclipped(0.0).variance)
@@ -153,6 +157,10 @@ class SensorPlan:
     def _unclipped(self, mean_electrons: float) -> Moments:
         """Return mean and variance of the code [DN] without clipping."""
         return reduce(lambda signal, step: step.unclipped(signal), self.moment_steps(), Moments(mean_electrons, 0.0))
+
+    def _above_black(self, code: Moments) -> float:
+        """Return the mean of a code above the black levels of the four places of a 2x2 block [DN]."""
+        return code.mean - self.black_level_dn - sum(self.black_offsets_dn()) / 4.0
 
     def noise_floor(self) -> NoiseFloor | None:
         """Return the least noise of this exposure at the camera's ISOs (`Camera.isos`) and at the plan's own.
@@ -190,8 +198,7 @@ class SensorPlan:
         """
         dark, one = self._unclipped(0.0), self._unclipped(1.0)
         slope_dn = (one.variance - dark.variance) / (one.mean - dark.mean)
-        signal_dn = dark.mean - self.black_level_dn - sum(self.black_offsets_dn()) / 4.0
-        at_black = max(dark.variance - slope_dn * signal_dn, 0.0)
+        at_black = max(dark.variance - slope_dn * self._above_black(dark), 0.0)
         return slope_dn / self.full_scale_dn(), at_black / self.full_scale_dn() ** 2
 
 

@@ -20,7 +20,8 @@ class Patch:
     """Mean signal of a patch above black, its temporal noise with rounding, and their ratio (EMVA 1288 R4.0 Linear, SNR).
 
     Figures: mean_dn, noise_dn [DN], snr; of a simulated frame mean_e, noise_e [e-], too: the truth's mean photoelectrons, and
-    noise_dn / K with the camera's K [DN/e-] at this ISO.
+    noise_dn / K with the frame's K [DN/e-] at this ISO. The signal of SNR lies above the mean code in the dark, with its dark
+    current; of a raw file, which does not tell that, above the black level.
     Noise of a simulated frame is that of the truth: the root of the mean temporal variance of its photosites (of the map
     "variance" of the truth where the shot asks for it). Noise of a raw file is estimated from second differences in the one
     frame, so it holds the fixed pattern, too, and not the row noise; the patch must be even.
@@ -38,17 +39,18 @@ class Patch:
         signal = frame.signal(self.plane, self.area)
         codes = frame.planes(frame.dn, self.plane, self.area)
         clipped = sum(int((part >= frame.white_level_dn).sum()) for part in codes)
-        mean_dn, gain = float(signal.mean()), None
+        mean_dn, dark_dn, gain = float(signal.mean()), 0.0, None
         if frame.raw is None:
             noise_dn, error_dn = mean_noise(single_frame_noise(codes, frame.white_level_dn), codes)
         else:
             variances = np.concatenate([part.ravel() for part in self._variances(frame)])
             noise_dn, error_dn = math.sqrt(float(variances.mean(dtype=np.float64))), 0.0
-            gain = frame.sensor("patch").gain_dn_per_e()
+            sensor = frame.sensor("patch")
+            gain, dark_dn = sensor.frame_gain_dn_per_e(), sensor.dark_signal_dn()
         if clipped > MOST_CLIPPED * signal.size:
             noise_dn = error_dn = math.nan
         of_mean = noise_dn / math.sqrt(signal.size)
-        snr = mean_dn / noise_dn if noise_dn > 0 else math.nan
+        snr = (mean_dn - dark_dn) / noise_dn if noise_dn > 0 else math.nan
         figures = {
             "mean_dn": Figure(mean_dn, "DN", of_mean),
             "noise_dn": Figure(noise_dn, "DN", error_dn),

@@ -18,9 +18,11 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
+from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera_sections import IsoSetting
 from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.stages.color_bias import ColorBias
+from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 GAIN, READ_DN, BLACK_DN = 2.0, 6.0, 512.0
@@ -57,6 +59,30 @@ def test_the_truth_gives_mean_electrons_noise_and_snr():
     assert found["mean_dn"].value == (raw.dn[8:72, 16:96] - BLACK_DN).mean()
     assert found["mean_dn"].sigma == pytest.approx(sigma_dn / math.sqrt(64 * 80), rel=1e-4)
     assert found["snr"].value == pytest.approx(found["mean_dn"].value / sigma_dn, rel=1e-4)
+
+
+def test_dark_current_is_noise_and_no_signal():
+    """6,000 dark electrons: SNR = K n / sigma of n photoelectrons, by EMVA 1288's mu_y - mu_y.dark."""
+    shot = flat_shot(
+        cfa="MONO", time_s=30.0, stages={"photon_shot_noise": PhotonShotNoise(), "dark_current": DarkCurrent(200.0)}
+    )
+    dim = dataclasses.replace(shot, scene=band_scene(np.full((96, 128, 1), 1e-9), interpolation="nearest"))
+    raw = simulate(dim)
+    electrons = float(raw.mean_electrons[20, 20])
+    found = Patch().measure(MeasuredFrame.from_raw(raw, dim)).figures
+    sigma_dn = math.sqrt(GAIN**2 * (electrons + 6000.0) + READ_DN**2 + 1 / 12)
+    assert found["noise_dn"].value == pytest.approx(sigma_dn, rel=1e-4)
+    z = (found["snr"].value * sigma_dn - GAIN * electrons) / found["mean_dn"].sigma
+    accept({"signal": 2 * stats.norm.sf(abs(z))})
+
+
+def test_electrons_of_binned_charge_are_those_of_its_photosites():
+    shot = flat_shot(cfa="MONO", binning=Binning(2, "charge"))
+    raw = simulate(shot)
+    found = Patch().measure(MeasuredFrame.from_raw(raw, shot)).figures
+    electrons = float(raw.mean_electrons[20, 20])
+    assert found["mean_e"].value == pytest.approx(electrons, rel=1e-5)
+    assert found["noise_e"].value == pytest.approx(math.sqrt(electrons + (READ_DN**2 + 1 / 12) / GAIN**2), rel=1e-4)
 
 
 def test_a_file_alone_gives_the_same_numbers_without_electrons(tmp_path):
