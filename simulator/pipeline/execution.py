@@ -314,7 +314,7 @@ def compute_truth_maps(
         with timed("truth: variance", device):
             maps["variance"] = variance_map(sensor, mean_electrons, *later_electrons)
             if sensor.readout.pattern is not None:
-                maps["variance"] = remosaic_variance(device, sensor.readout, maps["variance"])
+                maps["variance"] = remosaic_variance(device, sensor, maps["variance"])
     if "depth" in wanted:
         with timed("truth: depth", device):
             maps["depth"] = depth_map(optics.scene, optics.projection, sensor.readout)

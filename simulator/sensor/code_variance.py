@@ -63,7 +63,7 @@ def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
 
 def clipped_moments(steps: Sequence[SignalStep], electrons: np.ndarray) -> Moments:
     """Return the moments after these steps for mean photoelectrons per photosite (n,) float64, clipped as the sensor clips."""
-    signal = Moments(electrons, np.zeros_like(electrons), np.zeros_like(electrons))
+    signal = Moments(electrons, *(np.zeros_like(electrons) for _ in range(3)))
     limits = _UNLIMITED
     for step in steps:
         signal = step.unclipped(signal)
@@ -79,11 +79,10 @@ def _clip(signal: Moments, low: float, high: float) -> Moments:
     sigma = np.sqrt(np.maximum(signal.variance, 1e-30))
     a, b = (low - signal.mean) / sigma, (high - signal.mean) / sigma
     near = (a > -_REACH) | (b < _REACH)
-    mean, variance = signal.mean.copy(), signal.variance.copy()
-    shift, share = _censored_moments(np.clip(a[near], -40.0, 40.0), np.clip(b[near], -40.0, 40.0))
+    mean, share = signal.mean.copy(), np.ones_like(sigma)
+    shift, share[near] = _censored_moments(np.clip(a[near], -40.0, 40.0), np.clip(b[near], -40.0, 40.0))
     mean[near] += sigma[near] * shift
-    variance[near] *= share
-    return Moments(mean, variance, signal.fixed_variance)
+    return Moments(mean, share * signal.variance, signal.fixed_variance, share * signal.shared_variance)
 
 
 def _censored_moments(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

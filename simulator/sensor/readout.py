@@ -112,20 +112,28 @@ def _greatest(device: Device, image: Buffer, width: int, height: int) -> float:
     return float(tile_extremes(device, image, width, rows)[1].max())
 
 
-def remosaic_variance(device: Device, geometry: ReadoutGeometry, variance: np.ndarray) -> np.ndarray:
+def remosaic_variance(device: Device, sensor: SensorPlan, variance: np.ndarray) -> np.ndarray:
     """Return the variance of the codes of the frame's pixels after remosaic [DN^2], (height, width) float32.
 
-    variance: of the codes of the computed photosites, (height, width) float32 [DN^2]. A sum of codes is rounded again.
+    variance: of the codes of the computed photosites, (height, width) float32 [DN^2], of which noise that is common to rows is
+    shared. Counts that electrical crosstalk correlates are taken for independent. A sum of codes is rounded again.
     """
+    geometry = sensor.readout
     assert geometry.pattern is not None  # called only for cameras that remosaic
-    weights = remosaic_weights(geometry.pattern)
-    spread = _remosaic(
-        device, geometry, geometry.pattern, "signal", device.upload(variance), {"most": MOST_ELECTRONS}, weights**2
-    )
+    weights, common_dn2 = remosaic_weights(geometry.pattern), sensor.row_noise_dn2()
     area, (rows, columns) = geometry.computed, geometry.pattern.period
-    again = np.where(weights.max(axis=(2, 3)) == 1.0, np.float32(0.0), np.float32(1.0 / 12.0))
-    rounding = again[np.ix_((area.y + np.arange(area.height)) % rows, (area.x + np.arange(area.width)) % columns)]
-    return (device.download(spread, (area.height, area.width), np.float32) + rounding)[geometry.kept]
+    places = np.ix_((area.y + np.arange(area.height)) % rows, (area.x + np.arange(area.width)) % columns)
+    shared = np.minimum(variance, np.float32(sum(common_dn2.values())))  # of clipped codes no more than there is
+    kept = np.zeros(weights.shape[:2])
+    for stage, dn2 in common_dn2.items():
+        share, rows_of = dn2 / sum(common_dn2.values()), weights.sum(axis=3, dtype=np.float64)
+        down = np.arange(rows_of.shape[2])
+        kept += share * np.einsum("yxi,ij,yxj->yx", rows_of, stage.row_correlation(down[:, None] - down), rows_of)
+    alone = device.upload(variance - shared)
+    spread = _remosaic(device, geometry, geometry.pattern, "signal", alone, {"most": MOST_ELECTRONS}, weights**2)
+    rounding = np.where(weights.max(axis=(2, 3)) == 1.0, np.float32(0.0), np.float32(1.0 / 12.0))[places]
+    independent = device.download(spread, (area.height, area.width), np.float32)
+    return (independent + kept.astype(np.float32)[places] * shared + rounding)[geometry.kept]
 
 
 def _remosaic(

@@ -97,11 +97,21 @@ class SensorPlan:
     def moment_steps(self) -> list[SignalStep]:
         """Return the steps from the photoelectrons to the code that change mean or variance, in physical order."""
         sensor, binning = [stage for stage in self.stages if not stage.acts_on_light], self.readout.binning
-        crosstalk = SignalStep("crosstalk", self.readout.crosstalk.of_charge)
+        crosstalk = SignalStep("crosstalk", self.readout.shared_moments)
         if binning is None:
             return signal_steps(sensor, [crosstalk])
         steps = signal_steps(sensor, [crosstalk, SignalStep("binning", binning.of_charge)])
+        if self.readout.averages:
+            of_rows = {one.stem: binning.of_rows(one, self.readout.filter_step) for one in sensor if one.is_common_to_rows}
+            steps = [of_rows.get(step.name, step) for step in steps]
         return [*steps, SignalStep("binning", binning.of_code)]
+
+    def row_noise_dn2(self) -> dict[Stage, float]:
+        """Return the variance of the code [DN^2] by each stage that is common to rows, without clipping."""
+        all_dn2 = self._unclipped(0.0).variance
+        common = [one for one in self.stages if one.is_common_to_rows]
+        rest = {one: self.with_stages(other for other in self.stages if other is not one) for one in common}
+        return {one: all_dn2 - plan._unclipped(0.0).variance for one, plan in rest.items()}
 
     @property
     def black_level_dn(self) -> float:

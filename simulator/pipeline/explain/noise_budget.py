@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from simulator.exposure.settings import Exposure
@@ -60,20 +60,21 @@ def contributions(steps: Iterable[SignalStep], mean_electrons: float) -> tuple[M
     add up to the variance, and each is the variance of all steps less the variance without that step.
     """
     signal = Moments(mean_electrons, 0.0)
+    parts: dict[str, Moments] = {}
     temporal: dict[str, float] = {}
     fixed: dict[str, float] = {}
     for step in steps:
-        own, after = step.moments(Moments(signal.mean, 0.0)), step.moments(signal)
-        for parts, added, before, behind in (
-            (temporal, own.variance, signal.variance, after.variance),
-            (fixed, own.fixed_variance, signal.fixed_variance, after.fixed_variance),
-        ):
-            scale = (behind - added) / before if before > 0 else 0.0
-            for known in parts:
-                parts[known] *= scale
-            if added > 0:
-                parts[step.name] = added
-        signal = after
+        own = step.moments(Moments(signal.mean, 0.0))
+        for name, part in parts.items():
+            scaled, without = step.moments(replace(part, mean=signal.mean)), own.widened(-1.0, 0.0)
+            parts[name] = without.plus(0.0, scaled.variance, scaled.fixed_variance, scaled.shared_variance)
+        known = parts.get(step.name, Moments(0.0, 0.0))  # binning is two steps
+        parts[step.name] = known.plus(0.0, own.variance, own.fixed_variance, own.shared_variance)
+        temporal |= {step.name: 0.0} if own.variance > 0 else {}
+        fixed |= {step.name: 0.0} if own.fixed_variance > 0 else {}
+        signal = step.moments(signal)
+    temporal = {name: parts[name].variance for name in temporal}
+    fixed = {name: parts[name].fixed_variance for name in fixed}
     return signal, temporal, fixed
 
 

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from simulator.errors import require
-from simulator.sensor.stages.stage import Moments
+from simulator.sensor.stages.stage import Moments, SignalStep, Stage
 
 
 @dataclass(frozen=True)
@@ -32,10 +34,23 @@ class Binning:
         """Return the moments of the sum of equally illuminated photosites [e-]."""
         if self.mode == "average":
             return signal
-        return Moments(self.count * signal.mean, self.count * signal.variance, self.count * signal.fixed_variance)
+        temporal = self.count * (signal.variance + signal.shared_variance)
+        return Moments(self.count * signal.mean, temporal, self.count * signal.fixed_variance)
 
     def of_code(self, signal: Moments) -> Moments:
-        """Return the moments of the rounded mean of independent codes [DN]; noise common to rows or columns decreases less."""
+        """Return the moments of the rounded mean of codes [DN]; a fixed pattern that they share decreases less than told."""
         if self.mode == "charge":
             return signal
-        return Moments(signal.mean, signal.variance / self.count + 1.0 / 12.0, signal.fixed_variance / self.count)
+        temporal = (signal.variance + signal.shared_variance) / self.count
+        return Moments(signal.mean, temporal + 1.0 / 12.0, signal.fixed_variance / self.count)
+
+    def of_rows(self, stage: Stage, step: int) -> SignalStep:
+        """Return the effect of a stage that is common to rows, where photosites are averaged that lie `step` apart."""
+        rows = step * np.arange(self.factor)
+        kept = float(np.sum(stage.row_correlation(rows[:, None] - rows))) - 1.0  # of the mean: (1 + kept) / count
+
+        def moments(signal: Moments) -> Moments:
+            after = stage.moments(signal)
+            return after.plus(shared_variance=kept * (after.variance - signal.variance))
+
+        return SignalStep(stage.stem, moments)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from simulator.errors import require
 from simulator.sensor.stages.stage import Moments
 
@@ -36,7 +38,22 @@ class Crosstalk:
         """Return the moments after electrical crosstalk between equally illuminated photosites: var * sum of squared shares."""
         side, corner = self.electrical_shares
         left = self.kept(self.electrical_shares) ** 2 + 4.0 * side**2 + 4.0 * corner**2
-        return Moments(signal.mean, left * signal.variance, left * signal.fixed_variance)
+        return signal.widened(left, signal.mean)
+
+    def correlation(self, factor: int, step: int) -> float:
+        """Return the variance of the sum of binned photosites after electrical crosstalk, over that of independent ones.
+
+        factor: photosites on either side that are summed, `step` photosites apart. Crosstalk moves charge between them, so that
+        their sum keeps more of its noise than each of them.
+        """
+        side, corner = self.electrical_shares
+        shares = np.array([[corner, side, corner], [side, self.kept(self.electrical_shares), side], [corner, side, corner]])
+        reach = step * (factor - 1) + 1
+        summed = np.zeros((reach + 2, reach + 2))
+        for row in range(0, reach, step):
+            for column in range(0, reach, step):
+                summed[row : row + 3, column : column + 3] += shares
+        return float((summed**2).sum() / (factor**2 * (shares**2).sum()))
 
     @property
     def optical_shares(self) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.stages.stage import Moments
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,14 @@ class ReadoutGeometry:
     def shares_charge(self) -> bool:
         """Whether photosites exchange or sum charge, so that the fused kernel runs in two parts."""
         return self.adds_charge or self.blooming is not None or self.crosstalk.electrical_shares != (0.0, 0.0)
+
+    def shared_moments(self, charge: Moments) -> Moments:
+        """Return the moments after electrical crosstalk between equally illuminated photosites, and what binned ones share."""
+        mixed = self.crosstalk.of_charge(charge)
+        if self.binning is None:
+            return mixed
+        shared = self.crosstalk.correlation(self.binning.factor, self.filter_step) - 1.0
+        return mixed.plus(shared_variance=shared * mixed.variance)
 
     @property
     def is_plain(self) -> bool:

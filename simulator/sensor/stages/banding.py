@@ -4,8 +4,10 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from simulator.errors import require
-from simulator.sensor.stages.stage import Moments, Stage
+from simulator.sensor.stages.stage import Moments, Stage, Value
 from simulator.units import DigitalNumbers
 
 
@@ -41,6 +43,10 @@ class Banding(Stage):
         period_px, half_turn = self.period_px / side, math.pi / self.period_px
         share = abs(math.sin(side * half_turn) / (side * math.sin(half_turn)))
         return Banding(codes * share * self.amplitude_dn, period_px) if period_px >= 2 else None
+
+    def row_correlation(self, rows: Value) -> Value:
+        """Return cos(2 pi rows / period): that of a sine of random phase."""
+        return np.cos(2.0 * np.pi / self.period_px * np.asarray(rows))
 
     def moments(self, signal: Moments) -> Moments:
         """Give var + amplitude^2 / 2 [DN^2] (a sine of random phase)."""

@@ -44,4 +44,4 @@ class Nonlinearity(Stage):
         inside = (np.asarray(signal.mean) >= 0.0) & (np.asarray(signal.mean) < self.full_scale_dn)
         step = np.where(inside, np.searchsorted(nodes, signal.mean, side="right") - 1, 0)
         slope = 1.0 + np.where(inside, (np.diff(self.errors_dn) / np.diff(nodes))[step], 0.0)
-        return Moments(signal.mean + error_dn, slope**2 * signal.variance, slope**2 * signal.fixed_variance)
+        return signal.widened(slope**2, signal.mean + error_dn)

@@ -20,19 +20,33 @@ class Moments:
     mean: of the signal over frames and photosites.
     variance: of one photosite from frame to frame (temporal noise).
     fixed_variance: from photosite to photosite, of the mean over many frames (fixed-pattern noise of the body).
+    shared_variance: of noise that the `count` photosites share which a camera bins: their mean has the temporal variance
+        (variance + shared_variance) / count; 0 where they are independent, or nothing is binned.
     """
 
     mean: Value
     variance: Value
     fixed_variance: Value = 0.0
+    shared_variance: Value = 0.0
 
     def scaled(self, factor: float) -> "Moments":
         """Return the moments of factor * signal."""
-        return Moments(factor * self.mean, factor**2 * self.variance, factor**2 * self.fixed_variance)
+        return self.widened(factor**2, factor * self.mean)
 
-    def plus(self, mean: Value = 0.0, variance: Value = 0.0, fixed_variance: Value = 0.0) -> "Moments":
+    def widened(self, share: Value, mean: Value) -> "Moments":
+        """Return moments with this mean whose variances are `share` times these."""
+        return Moments(mean, share * self.variance, share * self.fixed_variance, share * self.shared_variance)
+
+    def plus(
+        self, mean: Value = 0.0, variance: Value = 0.0, fixed_variance: Value = 0.0, shared_variance: Value = 0.0
+    ) -> "Moments":
         """Return the moments of the signal plus an independent term that has these moments."""
-        return Moments(self.mean + mean, self.variance + variance, self.fixed_variance + fixed_variance)
+        return Moments(
+            self.mean + mean,
+            self.variance + variance,
+            self.fixed_variance + fixed_variance,
+            self.shared_variance + shared_variance,
+        )
 
 
 class Region(Protocol):
@@ -210,6 +224,13 @@ class Stage:
         least = np.minimum(*(end.mean - reach for end, reach in zip(ends, reaches, strict=True)))
         greatest = np.maximum(*(end.mean + reach for end, reach in zip(ends, reaches, strict=True)))
         return np.maximum(least, 0.0), greatest
+
+    def row_correlation(self, rows: Value) -> Value:
+        """Return the correlation of what an `is_common_to_rows` stage adds to two rows, so many rows apart.
+
+        The default suits a stage whose `rows_are_independent`.
+        """
+        return np.where(np.equal(rows, 0), 1.0, 0.0)
 
     @property
     def gain(self) -> float:

@@ -167,3 +167,15 @@ def test_a_read_noise_that_was_measured_as_one_is_called_read():
     (table,) = budget_tables("t", one, Console(width=400))
     heads = [column.header for column in table.columns]
     assert "read %" in heads and "read, after gain %" not in heads
+
+
+def test_row_noise_of_averaged_codes_counts_by_their_rows():
+    """The mean of 2 x 2 codes keeps half of what a row adds, and a quarter of what each photosite adds."""
+    one, mean = (
+        plan(load_shot(FLAT, settings)).sensor for settings in ({}, {"camera.binning": {"factor": 2, "mode": "average"}})
+    )
+    single = contributions(one.moment_steps(), 100.0)[1]
+    signal, parts, _ = contributions(mean.moment_steps(), 100.0)
+    assert parts["row_noise"] == pytest.approx(single["row_noise"] / 2.0) and single["row_noise"] > 0.0
+    assert parts["photon_shot_noise"] == pytest.approx(single["photon_shot_noise"] / 4.0)
+    assert sum(parts.values()) == pytest.approx(signal.variance)

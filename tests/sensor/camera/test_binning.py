@@ -1,6 +1,7 @@
 """Binning puts photosites of one colour together, before or after they are read."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,7 +20,9 @@ from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.seeds import Seeds
+from simulator.sensor.stages.banding import Banding
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.row_noise import RowNoise
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 NOISY = {"photon_shot_noise": PhotonShotNoise()}
@@ -57,6 +60,36 @@ def test_read_noise_counts_once_for_charge_and_is_averaged_for_codes():
         checks[mode, "mean"] = mean_p(raw.dn, moments.mean, moments.variance)
         checks[mode, "variance"] = variance_p(raw.dn, moments.variance)
     accept(checks)
+
+
+@pytest.mark.parametrize("cfa", ["MONO", "GRBG"])
+@pytest.mark.parametrize("mode", ["charge", "average"])
+def test_noise_that_binned_photosites_share_falls_less(cfa, mode):
+    """Rows share an offset, and neighbours charge: variance of frames whose pixels lie too far apart to share either."""
+    stages = {**NOISY, "row_noise": RowNoise(12.0)}
+    camera = {"iso_table": {100: IsoSetting(1.0, 3.0)}, "black_level_dn": 500.0, "stages": stages, "cfa": cfa}
+    checks = {}
+    for name, changes in {"rows": {}, "crosstalk": {"crosstalk": Crosstalk(electrical=0.06, electrical_corner=0.02)}}.items():
+        taken = shot(np.full((480, 120), 0.3), Binning(2, mode), **camera, **changes)
+        frames = [simulate(replace(taken, seeds=Seeds(frame=frame))) for frame in range(20)]
+        places = slice(4, -4, 4), slice(24, 25)  # of one colour
+        mean_e = float(frames[0].mean_electrons[places].mean()) / (
+            4 if mode == "charge" else 1
+        )  # of one photosite before binning
+        moments, codes = plan(taken).sensor.moments(mean_e), np.stack([raw.dn[places] for raw in frames])
+        checks |= {
+            (name, "mean"): mean_p(codes, moments.mean, moments.variance),
+            (name, "variance"): variance_p(codes, moments.variance),
+        }
+    accept(checks)
+
+
+@pytest.mark.parametrize("period", [2.0, 7.0, 300.0])
+def test_banding_falls_by_the_mean_of_its_sine_over_the_rows_of_a_block(period):
+    taken = shot(np.full((24, 24), 0.3), Binning(3, "average"), cfa="GRBG", stages={"banding": Banding(9.0, period)})
+    phases = np.arange(720) / 720
+    rows = [9.0 * np.sin(2 * np.pi * (row / period + phases)) for row in (0, 2, 4)]
+    assert plan(taken).sensor.moments(50.0).variance == pytest.approx(np.mean(rows, axis=0).var() + 1 / 108 + 1 / 12, rel=1e-9)
 
 
 def test_a_crop_is_the_part_of_the_whole():

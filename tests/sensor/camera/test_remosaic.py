@@ -1,5 +1,6 @@
 """A pattern of groups as a camera gives it out: as it is, binned to a Bayer pattern, or remosaiced to one of the same size."""
 
+import dataclasses
 import io
 import math
 
@@ -29,6 +30,7 @@ from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.camera.remosaic import Remosaic, remosaic_weights
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.row_noise import RowNoise
 
 QUAD, NONA = "RRGG/RRGG/GGBB/GGBB", "GGGRRR/GGGRRR/GGGRRR/BBBGGG/BBBGGG/BBBGGG"
 GROUPS = {QUAD: 2, NONA: 3}
@@ -135,6 +137,22 @@ def test_variance_after_remosaic_is_that_of_frames(cfa):
         single = raw.mean_electrons[24 + y, 24 + x] + 36 + 1 / 12
         again = 0.0 if squares[y, x] == 1.0 else 1 / 12
         assert variance[0, 0] == pytest.approx(squares[y, x] * single + again, rel=1e-4)
+    accept(checks)
+
+
+def test_rows_share_their_noise_after_remosaic():
+    """Of 60 frames one photosite each in rows too far apart to share a code."""
+    stages = {**NOISE, "row_noise": RowNoise(20.0)}
+    settings = {"iso_table": {100: IsoSetting(1.0, 6.0)}, "stages": stages, "remosaic": Remosaic()}
+    cfa = next(iter(GROUPS))
+    period, checks = 2 * GROUPS[cfa], {}
+    taken = shot(cfa, np.full((240, 64, 3), 0.3), truth=("variance",), **settings)
+    frames = [simulate(dataclasses.replace(taken, seeds=Seeds(frame=frame))) for frame in range(60)]
+    for y, x in ((0, 0), (0, 1), (1, 1), (2, 1)):
+        places = slice(24 + y, -24, 2 * period), slice(24 + x, 25 + x)
+        codes, variance = np.stack([raw.dn[places] for raw in frames]), frames[0].truth["variance"][places]
+        assert np.ptp(variance) < 1e-3 * variance[0, 0]
+        checks[y, x] = variance_p(codes, float(variance[0, 0]))
     accept(checks)
 
 
