@@ -10,7 +10,7 @@ from typing import Literal
 
 from data_gen.recipe.noise_setting import NoiseSetting
 from data_gen.recipe.prior_cameras import LineCamera
-from data_gen.recipe.published_priors import LinePrior
+from data_gen.recipe.published_priors import LinePrior, check_prior_camera
 from simulator.config.distributions import Distribution, check_weights
 from simulator.config.random_streams import RandomStream
 from simulator.errors import require
@@ -102,8 +102,7 @@ class OwnPrior:
     read_noise_is: Literal["sigma", "tukey_scale"] = "sigma"
 
     def __post_init__(self) -> None:
-        rule = "data sets need a 2x2 colour filter; name another camera"
-        require(self.camera.cfa != "MONO", "noise.camera.cfa", "MONO", rule)
+        check_prior_camera(self.camera)
         require(bool(self.lines), "noise.lines", "{}", "give at least one line, by any name")
         check_weights("noise.lines.weight", tuple(line.weight for line in self.lines.values()))
         adc = Adc(self.bit_depth, self.black_level_dn)  # checks both

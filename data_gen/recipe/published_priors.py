@@ -118,8 +118,7 @@ class PriorNoise:
 
     def __post_init__(self) -> None:
         require(self.prior in PRIORS, "noise.prior", self.prior, f"give one of {', '.join(get_args(PriorName))}")
-        rule = "data sets need a 2x2 colour filter; name another camera"
-        require(self.camera.cfa in BAYER, "noise.camera.cfa", self.camera.cfa, rule)
+        check_prior_camera(self.camera)
 
     @property
     def exposure_ratio(self) -> Distribution:
@@ -138,6 +137,12 @@ class PriorNoise:
     def table(self) -> list[tuple[str, str]]:
         """Return the prior's name and what it has in place of ISOs, as text for a table on the screen."""
         return [(self.prior, "no ISO: K and noise are drawn")]
+
+
+def check_prior_camera(camera: Camera) -> None:
+    """Raise PhotositeError for a camera of clean pictures whose colour filter is not a Bayer pattern."""
+    rule = "data sets need a 2x2 colour filter; name another camera"
+    require(camera.cfa in BAYER, "noise.camera.cfa", camera.cfa, rule)
 
 
 def _draw_on_line(line: tuple[float, float, float], ln_gain: float, probability: float) -> float:

@@ -129,6 +129,11 @@ def test_the_library_s_example_is_read():
         ("scatter: 0.3}", "scatter: 0.3}, weight: 0", "weight"),
         ("black_level: 512 DN", "black_level: 512 DN\n  read_noise_is: tukey_scale", "needs its shapes; give a list"),
         ("camera: sony_a7s2", "camera: ideal", "need a 2x2 colour filter"),
+        (
+            "camera: sony_a7s2",
+            "camera: {base: sony_a7s2, cfa: RRGG/RRGG/GGBB/GGBB}",
+            "noise.camera.cfa = RRGG/RRGG/GGBB/GGBB: data sets need a 2x2 colour filter",
+        ),
         ("    mine: {", "    mine: {rown_noise: 1, ", "rown_noise: unknown key; did you mean `row_noise`"),
         ("black_level: 512 DN", "black_level: 20000 DN", "black_level"),
     ],
