@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 import typer
 
 import data_gen.command_line  # adds `dataset` to the commands
+from data_gen.recipe.dataset_config import load_data_set
 from photosite import load_shot
 
 ROOT = Path(__file__).parents[2]
@@ -151,19 +153,46 @@ def test_the_scene_kind_of_the_page_on_extending_runs_as_written():
     assert np.corrcoef(green.mean(axis=0), wave)[0, 1] > 0.999
 
 
+def yaml_blocks(page: Path) -> list[str]:
+    """Return the blocks of YAML of a page."""
+    return re.findall(r"^```yaml\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
+
+
+def has_keys(block: str, *keys: str) -> bool:
+    """Whether a block of YAML has all of these keys at its top."""
+    return all(re.search(rf"^{key}:", block, re.MULTILINE) for key in keys)
+
+
 def test_shots_on_the_pages_load(tmp_path):
     """Blocks of YAML that hold a whole shot; their pictures are not read."""
     found = [
-        (page, block)
-        for page in PAGES
-        for block in re.findall(r"^```yaml\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
-        if all(re.search(rf"^{key}:", block, re.MULTILINE) for key in ("scene", "lens", "exposure", "camera"))
+        (page, block) for page in PAGES for block in yaml_blocks(page) if has_keys(block, "scene", "lens", "exposure", "camera")
     ]
     assert {"README.md", "shot_file.md", "coming_from.md"} <= {page.name for page, _ in found}
     for number, (page, block) in enumerate(found):
         file = tmp_path / f"{page.stem}_{number}.yaml"
         file.write_text(block, encoding="utf-8")
         assert load_shot(str(file)).camera.model
+
+
+def test_data_sets_on_the_pages_load(tmp_path):
+    """Every block of the pages on data sets loads, each with what it lacks to be a whole file; pictures are not read."""
+    lacking = {
+        "count": "count: 50\n",
+        "crop": "crop: [64, 64]\n",
+        "noise": "noise: {cameras: {sony_a7s2: {}}}\n",
+        "pictures": "pictures: {drawn: {procedural: [text], count: 2}}\n",
+    }
+    loaded = Counter()
+    for page in PAGES:
+        if page.name not in ("dataset.md", "clean_pictures.md"):
+            continue
+        for block in yaml_blocks(page):
+            whole = block + "".join(line for key, line in lacking.items() if not has_keys(block, key))
+            (tmp_path / "pairs.yaml").write_text(whole, encoding="utf-8")
+            load_data_set(tmp_path / "pairs.yaml")
+            loaded[page.name] += 1
+    assert loaded == {"dataset.md": 4, "clean_pictures.md": 1}
 
 
 def toctree_of(page: Path) -> list[str]:
