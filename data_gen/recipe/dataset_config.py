@@ -97,7 +97,9 @@ class WriterChoice:
 
     def __post_init__(self) -> None:
         require(self.format in FORMATS, "writer.format", self.format, f"give one of {', '.join(FORMATS)}")
-        require(1 <= self.samples_per_shard <= 1e9, "writer.samples_per_shard", self.samples_per_shard, "give 1 or more")
+        most = 10**8 if self.format == "eld" else 10**9  # ELD's keys have eight digits
+        rule = f"give 1 to {most}"
+        require(1 <= self.samples_per_shard <= most, "writer.samples_per_shard", self.samples_per_shard, rule)
 
     @property
     def options(self) -> WriterOptions:

@@ -32,7 +32,7 @@ import lmdb
 import numpy as np
 
 with lmdb.open("{shard}", readonly=True, lock=False) as database, database.begin() as transaction:
-    first = next(key for key, _ in transaction.cursor())[:9]
+    first = next(key for key, _ in transaction.cursor()).split(b".")[0]
     noisy = np.load(io.BytesIO(transaction.get(first + b".noisy.npy")))
     facts = json.loads(transaction.get(first + b".json"))
 print(facts["camera"], facts["iso"], noisy.shape, noisy.mean())
@@ -62,7 +62,7 @@ import json
 import rawpy
 
 noisy, clean = open("{shard}/pairs.txt").readline().split()
-facts = json.load(open("{shard}/" + noisy[:9] + ".json"))
+facts = json.load(open("{shard}/" + noisy.split("_")[0] + ".json"))
 with rawpy.imread("{shard}/" + noisy) as raw:
     noisy = raw.raw_image_visible.copy()
 print(facts["camera"], facts["iso"], noisy.shape, noisy.mean())

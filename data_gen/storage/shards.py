@@ -8,7 +8,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from data_gen.samples.sample import Sample
@@ -93,7 +93,7 @@ def write_shard(
             record_path(path).unlink()
     summary = Summary()
     with (atomic_folder if writer.folder else atomic_write)(path) as temporary:
-        writer.write(temporary, _check_indices(shard, samples, path, summary), options)
+        writer.write(temporary, _check_indices(shard, samples, path, summary), _with_digits(options, shard))
         size_bytes, sha256 = _size(temporary), sha256_of(temporary)
     record = ShardRecord(path.name, shard.index, shard.first, shard.count, size_bytes, sha256, writer.format, dataset)
     with atomic_write(record_path(path)) as temporary:
@@ -155,6 +155,11 @@ def read_summary(folder: Path, record: ShardRecord) -> dict[str, dict[str, int]]
     path = record_path(folder / record.name)
     with reading(path, "delete it and run the same command again"):
         return json.loads(path.read_text(encoding="utf-8"))["summary"]
+
+
+def _with_digits(options: WriterOptions, shard: Shard) -> WriterOptions:
+    """Return the options with as many digits in names as the last index of the shard has, so that its names sort."""
+    return replace(options, index_digits=max(options.index_digits, len(str(shard.indices[-1]))))
 
 
 def _check_indices(shard: Shard, samples: Iterable[Sample], path: Path, summary: Summary) -> Iterator[Sample]:

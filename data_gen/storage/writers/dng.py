@@ -41,7 +41,8 @@ class DngWriter:
                 for name, content in zip(names, contents, strict=True):
                     (path / name).write_bytes(content)
                 pairs.append(" ".join(names) + "\n")
-            (path / f"{sample.index:09d}.json").write_text(sample_facts(sample, "mosaic") + "\n", encoding="ascii")
+            facts = path / f"{options.index_name(sample.index)}.json"
+            facts.write_text(sample_facts(sample, "mosaic") + "\n", encoding="ascii")
         (path / "pairs.txt").write_text("".join(pairs), encoding="utf-8")
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
@@ -75,7 +76,7 @@ def _frames(sample: Sample, options: WriterOptions) -> Iterator[tuple[tuple[str,
     noisy_profile = sample.gain_dn_per_e / span_dn, (sample.read_noise_dn / span_dn) ** 2
     clean_profile = _NO_SHOT_NOISE, 1.0 / 12.0 / span_dn**2
     clean = np.rint(np.clip(sample.clean_dn, 0, 65535)).astype(np.uint16)
-    for frame, (names, ratio) in enumerate(zip(pair_names(sample), sample.exposure_ratios, strict=True)):
+    for frame, (names, ratio) in enumerate(zip(pair_names(sample, options), sample.exposure_ratios, strict=True)):
         yield (
             (f"{names[0]}.dng", f"{names[1]}.dng"),
             (

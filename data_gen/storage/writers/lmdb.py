@@ -20,7 +20,7 @@ class LmdbWriter:
         """Write one database; see `Writer`."""
         with new_lmdb(path) as put:
             for sample in samples:
-                for key, pieces in members(sample, options.channels).items():
+                for key, pieces in members(sample, options).items():
                     put(key, b"".join(pieces))
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
@@ -28,9 +28,9 @@ class LmdbWriter:
         with read_lmdb(path) as transaction:
             with transaction.cursor() as cursor:
                 cursor.first()
-                first = int(cursor.key()[:9])
+                digits = cursor.key().partition(b".")[0]
                 for place in places:
-                    start = b"%09d." % (first + place)
+                    start = f"{int(digits) + place:0{len(digits)}d}.".encode()
                     cursor.set_range(start)
                     contents: dict[str, bytes] = {}
                     for key, value in cursor:
@@ -41,7 +41,7 @@ class LmdbWriter:
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Pages of one sample's values; see `Writer`."""
-        return page_bytes({key: byte_count(pieces) for key, pieces in members(sample, options.channels).items()})
+        return page_bytes({key: byte_count(pieces) for key, pieces in members(sample, options).items()})
 
 
 WRITER = LmdbWriter()

@@ -19,10 +19,11 @@ _BATCH_BYTES = 2**26  # of values that one transaction holds in memory
 
 @contextmanager
 def new_lmdb(folder: Path) -> Iterator[Callable[[str, bytes], None]]:
-    """Make an empty folder with `data.mdb` in it; yield the function that stores a value under a key. Keys must come sorted.
+    """Make an empty folder with `data.mdb` in it; yield the function that stores a value under a key.
 
     The map grows with the values and ends near the size of the file, so that a reader of many shards does not
-    exhaust the address space. Raises OSError, also for LMDB's own errors.
+    exhaust the address space. Raises ValueError for a key that does not sort behind the one before, and OSError, also for
+    LMDB's own errors.
     """
     import lmdb
 
@@ -70,10 +71,11 @@ def page_bytes(sizes: Mapping[str, int]) -> int:
 
 
 def _commit(database: "lmdb.Environment", batch: list[tuple[str, bytes]]) -> None:
-    """Write a batch and empty it."""
+    """Write a batch and empty it. Raises ValueError for keys out of order."""
     needed = sum(len(value) + 3 * _PAGE_BYTES for _, value in batch)
     database.set_mapsize((database.info()["last_pgno"] + 1) * _PAGE_BYTES + needed + 2**20)
     with database.begin(write=True) as transaction:
         for key, value in batch:
-            transaction.put(key.encode("ascii"), value, append=True)
+            if not transaction.put(key.encode("ascii"), value, append=True):
+                raise ValueError(f"key {key} does not sort behind the one before it, and would be lost")
     batch.clear()

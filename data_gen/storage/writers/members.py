@@ -6,22 +6,22 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.lib import format as npy_format
 
-from data_gen.samples.packing import Channels
 from data_gen.samples.record import ARRAYS, sample_arrays, sample_facts, sample_from
 from data_gen.samples.sample import Sample
+from data_gen.storage.writers.writer import WriterOptions
 
 FACTS = "json"
 Pieces = list[bytes | memoryview]  # buffers that make one member, in order; arrays are not copied
 
 
-def members(sample: Sample, channels: Channels) -> dict[str, Pieces]:
+def members(sample: Sample, options: WriterOptions) -> dict[str, Pieces]:
     """Encode a sample as members by name, sorted: `INDEX.clean.npy`, `INDEX.json`, `INDEX.noisy.npy`, `INDEX.variance.npy`.
 
     The variance is left out where it is not known.
     """
-    found = {f"{name}.npy": _npy(array) for name, array in sample_arrays(sample, channels).items()}
-    found[FACTS] = [sample_facts(sample, channels).encode("ascii")]
-    return {f"{sample.index:09d}.{name}": found[name] for name in sorted(found)}
+    found = {f"{name}.npy": _npy(array) for name, array in sample_arrays(sample, options.channels).items()}
+    found[FACTS] = [sample_facts(sample, options.channels).encode("ascii")]
+    return {f"{options.index_name(sample.index)}.{name}": found[name] for name in sorted(found)}
 
 
 def byte_count(pieces: Pieces) -> int:

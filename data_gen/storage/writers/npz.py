@@ -69,7 +69,7 @@ def _frames(sample: Sample, options: WriterOptions) -> Iterator[tuple[tuple[str,
         "ccm": camera_to_srgb(sample.color_matrix).astype("<f4"),
     }
     facts = np.array(sample_facts(sample, options.channels).encode("ascii"))
-    for frame, names in enumerate(pair_names(sample)):
+    for frame, names in enumerate(pair_names(sample, options)):
         one = {name: array[frame].reshape(planes, *array.shape[-2:]) for name, array in arrays.items()}
         noisy, clean = {"im": one.pop("noisy")}, {"im": one.pop("clean")}
         yield names, (_archive(noisy | shared | one | {"facts": facts}), _archive(clean | shared))

@@ -8,12 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from data_gen.samples.sample import Sample
+from data_gen.storage.writers.writer import WriterOptions
 
 
-def pair_names(sample: Sample) -> Iterator[tuple[str, str]]:
+def pair_names(sample: Sample, options: WriterOptions) -> Iterator[tuple[str, str]]:
     """Names without suffix of each frame's noisy and clean file, such as 000000012_00_1s.noisy and 000000012_00_250s.clean."""
     for frame, ratio in enumerate(sample.exposure_ratios):
-        start, seconds = f"{sample.index:09d}_{frame:02d}", np.format_float_positional(ratio, trim="-")
+        start, seconds = f"{options.index_name(sample.index)}_{frame:02d}", np.format_float_positional(ratio, trim="-")
         yield f"{start}_1s.noisy", f"{start}_{seconds}s.clean"
 
 

@@ -27,7 +27,7 @@ class WebDatasetWriter:
         """Write one archive; see `Writer`."""
         with open(path, "wb") as file:
             for sample in samples:
-                for name, pieces in members(sample, options.channels).items():
+                for name, pieces in members(sample, options).items():
                     header = tarfile.TarInfo(name)  # time, user and group are 0, the mode is rw-r--r--
                     header.size = byte_count(pieces)
                     file.write(header.tobuf(tarfile.USTAR_FORMAT))
@@ -51,7 +51,7 @@ class WebDatasetWriter:
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Each member has a header of one block and is filled up to blocks; see `Writer`."""
-        sizes = [byte_count(pieces) for pieces in members(sample, options.channels).values()]
+        sizes = [byte_count(pieces) for pieces in members(sample, options).values()]
         return sum(_BLOCK_BYTES + one + -one % _BLOCK_BYTES for one in sizes)
 
 

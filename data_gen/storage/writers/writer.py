@@ -14,16 +14,23 @@ from simulator.errors import PhotositeError, require
 
 @dataclass(frozen=True)
 class WriterOptions:
-    """What a user may choose about the files.
+    """What a user may choose about the files, and what the writer of a shard adds.
 
     channels: mosaic as the sensor has it, or four planes in the order rggb or rgbg (data_gen/samples/packing.py).
+    index_digits: least number of digits of a sample's index in names; `write_shard` sets it to those of its last index, so
+        that the names of a shard sort by index.
     """
 
     channels: Channels = "mosaic"
+    index_digits: int = 9
 
     def __post_init__(self) -> None:
         known = get_args(Channels)
         require(self.channels in known, "writer.channels", self.channels, f"give one of {', '.join(known)}")
+
+    def index_name(self, index: int) -> str:
+        """Return a sample's index as it stands in names, filled up with zeros."""
+        return f"{index:0{self.index_digits}d}"
 
 
 AS_IT_IS = WriterOptions()

@@ -119,6 +119,11 @@ def test_shipped_configurations_load(path):
         ("frames: 4", "frames: 1", r"set.yaml:16: burst.frames = 1: give 2 to 64"),
         ("[64, 96]", "[64, 97]", r"set.yaml:2: crop = \[64, 97\]: give height and width, even"),
         ("format: hdf5", "format: hdf6", r"set.yaml:17: writer.format = hdf6: give one of .*hdf5"),
+        (
+            "format: hdf5, channels: rggb, samples_per_shard: 5",
+            "format: eld, channels: rgbg, samples_per_shard: 100000001",
+            r"writer.samples_per_shard = 100000001: give 1 to 100000000",
+        ),
         ("mode: burst", "mode: bursts", r"set.yaml:15: mode = bursts: did you mean `burst`"),
         (
             "mode: burst",

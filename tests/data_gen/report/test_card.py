@@ -16,8 +16,9 @@ from data_gen.report.sheet import linear_picture
 from data_gen.report.snippets import SNIPPETS, snippet
 from data_gen.samples.packing import pack
 from data_gen.storage.manifest import read_manifest
+from data_gen.storage.shards import Shard, write_shard
 from data_gen.storage.summary import Summary, light_stops, merge_counts
-from data_gen.storage.writers.writer import FORMATS
+from data_gen.storage.writers.writer import FORMATS, find_writer
 from simulator.errors import PhotositeError
 
 ABOUT = About("Toy ramps", "Ramps with noise.", "CC0-1.0", ("ramps of the tests",))
@@ -79,6 +80,16 @@ def test_the_code_of_the_card_reads_the_first_sample(tmp_path, name, monkeypatch
         wanted = 65535 * np.clip(signal, 0, 1).mean()
     assert (camera, int(iso)) == ("sony_a7s2", 100) and float(mean) == pytest.approx(wanted, rel=1e-4)
     assert os.getcwd() == str(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["lmdb", "dng"])
+def test_the_code_reads_samples_of_ten_digits(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shard = Shard(0, 1, 10**9, 2)
+    record = write_shard(tmp_path, shard, find_writer(name), map(toy_sample, shard.indices))
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        exec(snippet(name, record.name), {})
+    assert float(out.getvalue().split()[-1]) == pytest.approx(toy_sample(10**9).noisy_dn.mean(), rel=1e-4)
 
 
 def test_light_is_counted_in_stops_below_saturation():

@@ -4,13 +4,14 @@ import hashlib
 import os
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 
 import pytest
 from helpers.toy_samples import same, toy_sample
 from helpers.toy_shards import toy_options, write_toy_shard
 
-from data_gen.storage.shards import sha256_of
+from data_gen.storage.shards import Shard, sha256_of, write_shard
 from data_gen.storage.writers.writer import FORMATS, WriterOptions, find_writer
 from simulator.errors import PhotositeError
 
@@ -44,6 +45,28 @@ def test_samples_read_back_bit_for_bit(tmp_path, name, frames, channels):
     find_writer(name).write(tmp_path / "shard", wanted, WriterOptions(channels))
     back = list(find_writer(name).read(tmp_path / "shard", [2, 0, 1]))
     assert all(map(same, back, (wanted[2], wanted[0], wanted[1])))
+
+
+@pytest.mark.parametrize("first", [999_999_998, 10**9])
+@pytest.mark.parametrize("name", LOSSLESS)
+def test_samples_around_the_first_index_of_ten_digits_read_back(tmp_path, name, first):
+    shard = Shard(0, 1, first, 4)
+    record = write_shard(tmp_path, shard, find_writer(name), map(toy_sample, shard.indices))
+    back = list(find_writer(name).read(tmp_path / record.name, [3, 0, 1, 2]))
+    assert all(map(same, back, [toy_sample(first + place) for place in (3, 0, 1, 2)]))
+
+
+def test_names_of_a_shard_sort_by_index(tmp_path):
+    shard = Shard(0, 1, 999_999_998, 4)
+    name = write_shard(tmp_path, shard, find_writer("webdataset"), map(toy_sample, shard.indices)).name
+    with tarfile.open(tmp_path / name) as archive:
+        names = archive.getnames()
+    assert names == sorted(names) and names[0] == "0999999998.clean.npy"
+
+
+def test_lmdb_refuses_samples_whose_names_do_not_sort(tmp_path):
+    with pytest.raises(ValueError, match=r"key 1000000000\.clean\.npy does not sort behind the one before it"):
+        find_writer("lmdb").write(tmp_path / "shard", map(toy_sample, (10**9 - 1, 10**9)), WriterOptions())
 
 
 @pytest.mark.parametrize("name", LOSSLESS)
