@@ -121,7 +121,8 @@ class CameraNoise:
     """Noise of calibrated cameras.
 
     cameras: a section for each camera, by name.
-    exposure_time_s: exposure of the noisy frame, which the dark current of a camera that has one follows [s].
+    exposure_time_s: exposure of the noisy frame, which the dark current of a camera that has one follows [s]; a camera that
+        moves has its own, `motion.exposure_time_s`.
     """
 
     exposure_ratio: ClassVar[Distribution] = 1.0
@@ -133,24 +134,43 @@ class CameraNoise:
         require(bool(self.cameras), "noise.cameras", "{}", "name at least one camera, such as `sony_a7s2: {}`")
         check_weights("noise.cameras", self._weights())
         require(0 < self.exposure_time_s < math.inf, "noise.exposure_time", self.exposure_time_s, "give a time such as 1/30 s")
+        self.check_dark(self.exposure_time_s, "noise.exposure_time")
 
-    def draw_setting(self, group: RandomStream, sample: RandomStream) -> NoiseSetting:
-        """Draw the setting of one sample: the camera from the random stream `group`, the ISO from the stream `sample`."""
+    def check_dark(self, longest_s: float, key: str) -> None:
+        """Raise PhotositeError where dark current alone saturates a camera in the longest exposure [s].
+
+        key: that states the exposure in the configuration.
+        """
+        for name, choice in self.cameras.items():
+            for iso in choice.range():
+                setting = self.setting(name, iso, longest_s)
+                rule = f"dark current alone saturates the {name} at ISO {iso}; give less time, or a lower rate"
+                require(setting.black_level_dn < setting.white_level_dn, key, f"{longest_s:g} s", rule)
+
+    def draw_setting(self, group: RandomStream, sample: RandomStream, exposure_time_s: float | None = None) -> NoiseSetting:
+        """Draw the setting of one sample: the camera from the random stream `group`, the ISO from the stream `sample`.
+
+        exposure_time_s: of the sample [s]; None: the section's.
+        """
         name = tuple(self.cameras)[weighted_index(self._weights(), group.uniform("camera"))]
-        return self.setting(name, self.cameras[name].draw_iso(sample.uniform("iso")))
+        return self.setting(name, self.cameras[name].draw_iso(sample.uniform("iso")), exposure_time_s)
 
-    def setting(self, name: str, iso: int) -> NoiseSetting:
-        """Return a camera of the section at an ISO. Raises PhotositeError outside its range."""
-        found = self._settings.get((name, iso))
+    def setting(self, name: str, iso: int, exposure_time_s: float | None = None) -> NoiseSetting:
+        """Return a camera of the section at an ISO and an exposure [s], the section's when left out.
+
+        Raises PhotositeError for an ISO outside its range.
+        """
+        time_s = self.exposure_time_s if exposure_time_s is None else exposure_time_s
+        found = self._settings.get((name, iso, time_s))
         if found is None:
             camera = self.cameras[name].camera
-            found = NoiseSetting(name, iso, camera, in_order(camera.sensor_stages(iso, self.exposure_time_s).values()))
+            found = NoiseSetting(name, iso, camera, in_order(camera.sensor_stages(iso, time_s).values()))
             if len(self._settings) < MOST_SETTINGS:
-                self._settings[name, iso] = found
+                self._settings[name, iso, time_s] = found
         return found
 
     @cached_property
-    def _settings(self) -> dict[tuple[str, int], NoiseSetting]:
+    def _settings(self) -> dict[tuple[str, int, float], NoiseSetting]:
         """Settings that were drawn before."""
         return {}
 

@@ -167,6 +167,8 @@ class DataSet:
             require(self.needs_pictures, "motion", "given", rule)
             rule = "the camera's path moves the frames; leave the shift out"
             require(self.burst.shift_px is None, "burst.shift", self.burst.shift_px, rule)
+            if isinstance(self.noise, CameraNoise):
+                self.noise.check_dark(support_of(self.motion.exposure_time_s)[1], "motion.exposure_time_s")
             rule = f"has no place for sharp twins and flow; give one of {', '.join(OF_MOTION)}"
             require(self.writer.format in OF_MOTION, "writer.format", self.writer.format, rule)
         for name in self.picture_weights:

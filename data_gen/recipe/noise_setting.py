@@ -33,15 +33,19 @@ class NoiseSetting:
         """Bits of a code."""
         return self._adc.bit_depth
 
-    @property
+    @cached_property
     def black_level_dn(self) -> float:
-        """Pedestal [DN]."""
-        return self._adc.black_level_dn
+        """Mean code of a photosite without light [DN]: the pedestal, and the mean of the dark current where there is one.
+
+        As in the truth of a shot, what differs between photosites or colours is noise: hot photosites, fixed patterns, colour
+        bias.
+        """
+        return float(stage_moments(tuple(stage for stage in self.stages if stage.changes_mean), 0.0).mean)
 
     @cached_property
     def white_level_dn(self) -> int:
         """Code of a saturated photosite [DN]: of the full well or of the ADC, whichever is lower."""
-        return white_level_dn(signal_steps(self.stages), self.black_level_dn)
+        return white_level_dn(signal_steps(self.stages), self._adc.black_level_dn)
 
     @cached_property
     def gain_dn_per_e(self) -> float:
@@ -55,5 +59,5 @@ class NoiseSetting:
 
     @property
     def reference_electrons(self) -> float:
-        """Mean photoelectrons at which the code reaches white: (white - black) / K [e-]."""
+        """Mean photoelectrons at which the code reaches white from that without light: (white - black) / K [e-]."""
         return (self.white_level_dn - self.black_level_dn) / self.gain_dn_per_e

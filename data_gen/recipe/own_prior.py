@@ -131,8 +131,8 @@ class OwnPrior:
         """Ratio of light: 1, since such a prior states none."""
         return 1.0
 
-    def draw_setting(self, group: RandomStream, sample: RandomStream) -> NoiseSetting:
-        """Draw the setting of one sample from the random stream `sample`; `group` is not used."""
+    def draw_setting(self, group: RandomStream, sample: RandomStream, exposure_time_s: float | None = None) -> NoiseSetting:
+        """Draw the setting of one sample from the random stream `sample`; the others are not used."""
         name, stages = self._prior.stages(sample)
         return NoiseSetting(name, 0, self.camera, in_order(stages))
 

@@ -125,8 +125,8 @@ class PriorNoise:
         """Ratio of light that the prior is published with; 1 where it has none."""
         return PRIORS[self.prior].exposure_ratio
 
-    def draw_setting(self, group: RandomStream, sample: RandomStream) -> NoiseSetting:
-        """Draw the setting of one sample from the random stream `sample`; `group` is not used."""
+    def draw_setting(self, group: RandomStream, sample: RandomStream, exposure_time_s: float | None = None) -> NoiseSetting:
+        """Draw the setting of one sample from the random stream `sample`; the others are not used."""
         name, stages = PRIORS[self.prior].stages(sample)
         return NoiseSetting(f"{self.prior}: {name}" if name else self.prior, 0, self.camera, in_order(stages))
 

@@ -48,7 +48,8 @@ def draw_recipe(config: DataSet, index: int, attempt: int = 0) -> Recipe:
     """
     group = RandomStream(config.seed, index // config.crops_per_picture, attempt)
     stream = RandomStream(config.seed, index, attempt)
-    setting = config.noise.draw_setting(group, stream)
+    moving = None if config.motion is None else config.motion.draw(stream, config.frames)
+    setting = config.noise.draw_setting(group, stream, None if moving is None else moving.exposure_s)
     down, right = stream.uniforms("place", 2)
     return Recipe(
         index=index,
@@ -63,7 +64,7 @@ def draw_recipe(config: DataSet, index: int, attempt: int = 0) -> Recipe:
         frame_seeds=_frame_seeds(config, index),
         body_seed=_body_seed(config, setting, index, stream),
         window=_window(config, setting, stream),
-        moving=None if config.motion is None else config.motion.draw(stream, config.frames),
+        moving=moving,
     )
 
 

@@ -11,8 +11,10 @@ from helpers.toy_dataset import BLACK_DN, GAIN, READ_DN, WHITE_DN, ToyPictures, 
 from scipy import ndimage, stats
 
 from data_gen.generate import Generator, picture_window, shift_planes
+from data_gen.recipe.camera_noise import CameraChoice, CameraNoise
 from data_gen.recipe.dataset_config import Burst, MultiExposure, NoiseOnly
 from data_gen.recipe.epoch_order import epoch_order
+from data_gen.recipe.moving_camera import CameraMotion
 from data_gen.recipe.recipe import draw_recipe
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.sources.photographs import Photographs
@@ -20,7 +22,9 @@ from data_gen.sources.procedural import Procedural
 from simulator.config.distributions import Uniform
 from simulator.config.random_streams import RandomStream
 from simulator.errors import PhotositeError
+from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.hot_pixels import HotPixels
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 
@@ -80,6 +84,63 @@ def test_a_well_that_fills_first_sets_the_white_level(device):
     (sample,), _ = toy_samples(device, at_iso(toy_config(toy_camera(stages=stages), count=1), 100))
     assert sample.white_level_dn == BLACK_DN + GAIN * 1000.0
     assert sample.gain_dn_per_e == GAIN and sample.read_noise_dn == pytest.approx(np.sqrt(READ_DN**2 + 1 / 12))
+
+
+DARK_E_PER_S = 200.0
+
+
+def warm_camera(**more):
+    """The toy camera with a dark current."""
+    current = {"photon_shot_noise": PhotonShotNoise(), "dark_current": DarkCurrent(DARK_E_PER_S)}
+    return toy_camera(stages=current | more)
+
+
+def test_black_is_the_code_without_light_of_a_camera_with_dark_current(device):
+    ratio, dark_e = 50.0, DARK_E_PER_S * 0.5
+    config = at_iso(toy_config(warm_camera(), count=40, crop_px=(64, 64), exposure_ratio=ratio, variance=True), 100)
+    config = replace(config, noise=replace(config.noise, exposure_time_s=0.5))
+    p_values = {}
+    for sample in toy_samples(device, config)[0]:
+        assert sample.black_level_dn == pytest.approx(BLACK_DN + GAIN * dark_e) and sample.white_level_dn == WHITE_DN
+        assert sample.read_noise_dn**2 == pytest.approx(GAIN**2 * dark_e + READ_DN**2 + 1 / 12)
+        light = (sample.clean_dn.astype(np.float64) - sample.black_level_dn) / ratio
+        variance = sample.gain_dn_per_e * light + sample.read_noise_dn**2
+        assert np.abs(sample.variance_dn2 / variance - 1.0).max() < 1e-4
+        z = (sample.noisy_dn - sample.black_level_dn - light) / np.sqrt(variance)
+        p_values[f"mean {sample.index}"] = mean_p(z, 0.0, 1.0)
+    accept(p_values)
+
+
+def test_the_brightest_clean_code_is_white_behind_a_dark_current(device):
+    config = at_iso(toy_config(warm_camera(), count=1, mode="noise_only", pictures={}, noise_only=NoiseOnly(1.0)), 100)
+    (sample,), _ = toy_samples(device, config)
+    assert (sample.clean_dn == WHITE_DN).all()
+
+
+def test_hot_photosites_are_not_in_black(device):
+    hot = warm_camera(hot_pixels=HotPixels(0.01, 1000.0))
+    (sample,), _ = toy_samples(device, at_iso(toy_config(hot, count=1, mode="dark", pictures={}), 100))
+    assert sample.black_level_dn == pytest.approx(BLACK_DN + GAIN * DARK_E_PER_S / 30)
+
+
+def test_dark_current_follows_the_exposure_that_a_moving_camera_states():
+    config = at_iso(toy_config(warm_camera(), motion=CameraMotion(exposure_time_s=Uniform((0.01, 0.1)))), 100)
+    for recipe in (draw_recipe(config, index) for index in range(5)):
+        dark_e = DARK_E_PER_S * recipe.moving.exposure_s
+        assert recipe.setting.black_level_dn == pytest.approx(BLACK_DN + GAIN * dark_e)
+
+
+@pytest.mark.parametrize(
+    "settings, message",
+    [
+        ({"exposure_time_s": 5.0}, "noise.exposure_time = 5 s: dark current alone saturates the toy at ISO 200"),
+        ({}, "motion.exposure_time_s = 5 s: dark current alone saturates the toy at ISO 200"),
+    ],
+)
+def test_an_exposure_that_dark_current_fills_is_refused(settings, message):
+    noise = {"toy": CameraChoice(warm_camera())}
+    with pytest.raises(PhotositeError, match=message):
+        toy_config(noise=CameraNoise(noise, **settings), motion=CameraMotion(exposure_time_s=Uniform((0.01, 5.0))))
 
 
 def test_a_sample_does_not_depend_on_the_others(device):
