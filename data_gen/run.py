@@ -69,11 +69,16 @@ class Outcome:
 
 
 def fingerprint(config: DataSet) -> str:
-    """Hash of all that the samples follow from, 32 hexadecimal digits: configuration, names of the pictures, version."""
+    """Hash of all that the samples follow from, 32 hexadecimal digits: configuration, names and files of pictures, version.
+
+    Of files of a folder of pictures it has the sizes. Raises PhotositeError for what a collection lacks.
+    """
     digest = hashlib.sha256(f"{__version__}\n{json.dumps(config.resolved, sort_keys=True)}\n".encode())
     for collection in config.pictures:
-        names = open_collection(config.pictures, collection, config.noise.list_cameras()[0]).names()
-        digest.update("\n".join((collection, *names, "")).encode())
+        source = open_collection(config.pictures, collection, config.noise.list_cameras()[0])
+        digest.update("\n".join((collection, *source.names(), "")).encode())
+        for text in source.fingerprints():
+            digest.update(f"{text}\n".encode())
     return digest.hexdigest()[:32]
 
 

@@ -1,5 +1,6 @@
 """Clean pictures from a data set that was made before: pictures are read and cut once, noise is drawn anew each time."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -39,6 +40,11 @@ class DataSetSamples:
         except PhotositeError as error:
             rule = f"{error.rule}; give the folder that `photosite dataset --out` made"
             raise error.replace(file=None, key=KEY, value=error.file, rule=rule) from None
+
+    def fingerprints(self) -> Iterator[str]:
+        """Yield name and SHA-256 of each shard, from its record."""
+        for record in self._samples.records:
+            yield f"{record.name} {record.sha256}"
 
     def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Read one sample; nothing is drawn. Raises PhotositeError for one that is not there or damaged."""

@@ -2,7 +2,7 @@
 
 import os
 import unicodedata
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
@@ -22,6 +22,12 @@ class FolderSource:
     def names(self) -> tuple[str, ...]:
         """Return paths relative to the folder, see `picture_names`."""
         return self._names
+
+    def fingerprints(self) -> Iterator[str]:
+        """Yield name and size [bytes] of each picture: a folder may be too large for reading all of it."""
+        folder = getattr(self, self.key)
+        for name in self.names():
+            yield f"{name} {_size_bytes(os.path.join(folder, name))}"
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
@@ -67,6 +73,14 @@ def _check_distinct(names: list[str], folder: Path, key: str) -> None:
     for name in names:
         other = composed.setdefault(unicodedata.normalize("NFC", name), name)
         require(other == name, key, folder / name, "a second file has this name, composed of other characters; rename one")
+
+
+def _size_bytes(path: str) -> int:
+    """Return the size of a file; -1 for one that cannot be found, such as a broken link, which reading tells."""
+    try:
+        return os.stat(path).st_size
+    except OSError:
+        return -1
 
 
 def _is_utf8(name: str) -> bool:

@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, Literal, get_args
@@ -60,6 +61,10 @@ class Procedural:
     def _names(self) -> tuple[str, ...]:
         kinds = self.procedural
         return tuple(f"{kinds[index % len(kinds)]}/{index // len(kinds):06d}" for index in range(self.count))
+
+    def fingerprints(self) -> Iterator[str]:
+        """Yield nothing: drawings have no files."""
+        yield from ()
 
     def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Draw a picture. `rng` chooses the light; everything else follows from the name.

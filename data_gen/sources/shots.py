@@ -1,5 +1,7 @@
 """Clean pictures from shots: a scene through lens and shutter onto the camera, without the sensor's noise."""
 
+import json
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +15,7 @@ from simulator.device import Device, open_device
 from simulator.errors import PhotositeError, require
 from simulator.pipeline.execution import expose
 from simulator.pipeline.frame_metadata import neutral_of
+from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import check_memory
@@ -46,6 +49,20 @@ class Shots:
     @cached_property
     def _sweep(self) -> Sweep | None:
         return load_sweep(self.shot)
+
+    def fingerprints(self) -> Iterator[str]:
+        """Yield the full configuration of the shot, or of points with every value of its sweep, and the SHA-256 of its files.
+
+        Raises PhotositeError for a file that is missing.
+        """
+        shots = [load_shot(self.shot)] if self._sweep is None else (point.shot() for point in self._sweep.covering_points())
+        for shot in shots:
+            try:
+                files = fingerprints(shot.scene, shot.lens, shot.motion)
+            except OSError as error:
+                rule = f"names {error.filename}: {error.strerror}; check the path"
+                raise PhotositeError(rule, file=self.shot, part=shot.name) from None
+            yield json.dumps([shot.resolved, files], sort_keys=True)
 
     def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Expose one shot; nothing is drawn.

@@ -1,5 +1,6 @@
 """Where clean pictures come from. A source lists names cheaply and in a fixed order, and reads one of them at a time."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -87,6 +88,13 @@ class PictureSource(Protocol):
 
     def names(self) -> tuple[str, ...]:
         """Names of all pictures, unique, in an order that does not depend on the machine."""
+        ...
+
+    def fingerprints(self) -> Iterator[str]:
+        """Yield texts that differ where the files behind the pictures do, as far as can be told without reading pictures.
+
+        What follows from the configuration and the names alone needs no text. Raises PhotositeError for a file that is missing.
+        """
         ...
 
     def read(self, name: str, rng: np.random.Generator) -> Picture:

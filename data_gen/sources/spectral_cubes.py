@@ -1,5 +1,6 @@
 """Clean pictures from spectral cubes."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -10,6 +11,8 @@ from data_gen.sources.camera_view import check_illuminants, draw_name
 from data_gen.sources.exposed_scene import check_exposure, expose_scene, renamed_key
 from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.source import CleanImage
+from simulator.errors import reading
+from simulator.pipeline.input_files import sha256_of
 from simulator.scene.spectral_cube import SpectralCubeScene
 from simulator.sensor.camera.camera import Camera
 
@@ -50,6 +53,14 @@ class SpectralCubes(FolderSource):
         """Names without the file of wavelengths."""
         own = None if self.wavelengths is None else Path(self.wavelengths).resolve()
         return tuple(name for name in super()._listed() if (self.spectral_cubes / name).resolve() != own)
+
+    def fingerprints(self) -> Iterator[str]:
+        """Yield those of a folder, and the SHA-256 of the file of wavelengths. Raises PhotositeError when it is missing."""
+        yield from super().fingerprints()
+        if self.wavelengths is not None:
+            with reading(self.wavelengths, "check the path", key="wavelengths"):
+                digest = sha256_of(self.wavelengths)
+            yield digest
 
     def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Read one cube; `rng` gives the light.

@@ -220,12 +220,16 @@ class Sweep:
 
         Raises PhotositeError with the line of the first value that is wrong.
         """
-        if not self.values:
-            self._check_series(0)
-        strides = self._strides()
-        for key, values in self.values.items():
-            for row in self._rows_to_check(key, len(values)):
-                self._check_series(row * (self.frames if self._zip else strides[key]))
+        for index in self._indices_to_check():
+            self._check_series(index)
+
+    def covering_points(self) -> Iterator[SweepPoint]:
+        """Yield points that between them have each value that `check` builds, and each frame of a series.
+
+        Two sweeps of as many points are the same where these points are, so that many points need not be compared.
+        """
+        for index in dict.fromkeys((*range(self.frames), *self._indices_to_check())):
+            yield self[index]
 
     def _check_series(self, index: int) -> None:
         """Build the shots of the first and the last frame from a point on, and check that paths hold for both."""
@@ -248,6 +252,15 @@ class Sweep:
             if not path.is_file():
                 raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
         return shot
+
+    def _indices_to_check(self) -> Iterator[int]:
+        """Yield the index of a point for each value of each key, its first frame; that of the first point without keys."""
+        if not self.values:
+            yield 0
+        strides = self._strides()
+        for key, values in self.values.items():
+            for row in self._rows_to_check(key, len(values)):
+                yield row * (self.frames if self._zip else strides[key])
 
     def _rows_to_check(self, key: str, length: int) -> Iterable[int]:
         if key in self.listed or length <= MAX_CHECKED:

@@ -10,7 +10,7 @@ from helpers.picture_files import put, random_codes
 
 from data_gen.command_line import main
 from data_gen.report.estimate import estimate, expected_decodings
-from data_gen.run import run
+from data_gen.run import fingerprint, run
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.reading import read_samples
 from simulator.command_line import amounts
@@ -71,6 +71,51 @@ def photographs(folder, bad: bool):
         (folder / "photos" / "1.png").write_bytes((folder / "photos" / "1.png").read_bytes()[:300])
         put(folder / "photos" / "2.png", random_codes(12, 12))
     return folder
+
+
+SHOT = """\
+scene: {image: wall.png, luminance: 100 cd/m^2}
+lens: {focal_length: 50 mm, f_number: f/4}
+exposure: {time: 1/100 s, iso: 100}
+camera: {base: sony_a7s2, window: {x: 0, y: 0, width: 48, height: 40}}
+"""
+SHOTS = TEXT.replace("{procedural: [dead_leaves, text], count: 12, width: 48, height: 40}", "{shot: wall.yaml}")
+
+
+def config_of_shot(folder, text=SHOT, seed=0):
+    """A data set of a shot that lies beside it with its picture."""
+    put(folder / "wall.png", random_codes(40, 48, seed=seed))
+    (folder / "wall.yaml").write_text(text, encoding="utf-8")
+    return small_config(folder, SHOTS)
+
+
+@pytest.mark.parametrize("change", [{"text": SHOT.replace("1/100 s", "1/25 s")}, {"seed": 1}], ids=["time", "picture"])
+def test_a_shot_that_changed_is_not_mixed_in(tmp_path, change):
+    run(config_of_shot(tmp_path), tmp_path / "out")
+    assert run(config_of_shot(tmp_path), tmp_path / "out").made == 0
+    with pytest.raises(PhotositeError, match="made from another configuration"):
+        run(config_of_shot(tmp_path, **change), tmp_path / "out")
+
+
+def test_points_of_a_sweep_tell_their_hash(tmp_path):
+    swept = [SHOT + f"sweep: {{vary: {{exposure.time: [1/100 s, {last}]}}}}\n" for last in ("1/25 s", "1/50 s", "1/25 s")]
+    first, other, again = (fingerprint(config_of_shot(tmp_path, text)) for text in swept)
+    assert first == again != other
+
+
+def test_a_picture_of_another_size_in_a_folder_is_not_mixed_in(tmp_path):
+    folder = photographs(tmp_path, False)
+    run(small_config(folder, PHOTOS), folder / "out")
+    put(folder / "photos" / "1.png", random_codes(41, 56, seed=1))
+    with pytest.raises(PhotositeError, match="made from another configuration"):
+        run(small_config(folder, PHOTOS), folder / "out")
+
+
+def test_a_shot_whose_picture_is_missing_is_told_before_the_work(tmp_path):
+    config = config_of_shot(tmp_path)
+    (tmp_path / "wall.png").unlink()
+    with pytest.raises(PhotositeError, match=r"wall\.yaml: wall: names .*wall\.png: No such file .*; check the path"):
+        run(config, tmp_path / "out")
 
 
 def test_bad_pictures_are_counted_and_change_no_other_sample(tmp_path):

@@ -318,6 +318,16 @@ def test_every_point_of_a_sweep_may_be_a_series(tmp_path):
     assert [len(list(group)) for _, group in itertools.groupby(order)] == [2, 2, 2, 2]  # ISO alone leaves the light as it is
 
 
+def test_few_points_have_every_value_and_every_frame(tmp_path):
+    vary = {"exposure.iso": [100, 200, 400], "lens.f_number": {"from": "f/2", "to": "f/8", "steps": 10}}
+    sweep = load(tmp_path, {"vary": vary, "series": {"frames": 4, "gap": "1 ms", "bracket": [0, -1, 1]}})
+    points = list(sweep.covering_points())
+    assert len({point.index for point in points}) == len(points) < 20 < len(sweep) == 120
+    for key in sweep.values:
+        assert {point.values[key] for point in points} == {point.values[key] for point in sweep}
+    assert [point.index for point in points[:4]] == [0, 1, 2, 3]
+
+
 def test_a_series_beside_values_that_are_zipped(tmp_path):
     vary = {"exposure.iso": [100, 200], "exposure.time": ["1/50 s", "1/100 s"]}
     sweep = load(tmp_path, {"mode": "zip", "vary": vary, "series": {"frames": 2, "interval": "20 ms"}})

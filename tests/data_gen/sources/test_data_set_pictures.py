@@ -70,6 +70,12 @@ def test_stored_patches_of_the_wanted_size_are_all_used_in_the_ways_they_can_be_
     assert len({sample.augmentation for sample in made.samples(range(60))}) > 2 and made.problems == {}
 
 
+def test_a_data_set_that_was_made_anew_is_told(stored, tmp_path):
+    run(small_config(tmp_path, TEXT, "seed=6"), tmp_path / "pairs")
+    found, other = (list(DataSetSamples(folder).fingerprints()) for folder in (stored, tmp_path / "pairs"))
+    assert len(found) == len(other) and not set(found) & set(other)
+
+
 def test_a_folder_without_a_data_set_is_told_with_the_key(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(PhotositeError, match=r"data_set = .*empty: holds no data set.*photosite dataset --out"):

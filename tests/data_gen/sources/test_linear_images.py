@@ -101,6 +101,18 @@ def test_the_file_of_wavelengths_is_no_cube(tmp_path, camera):
     assert SpectralCubes(tmp_path, camera, tmp_path / "nm.npy").names() == ("a.npy",)
 
 
+def test_other_wavelengths_of_a_folder_of_cubes_are_told(tmp_path, camera):
+    put(tmp_path / "a.npy", linear(channels=4))
+    found = []
+    for last_nm in (600, 610):
+        np.save(tmp_path / "nm.npy", np.array([450.0, 500, 550, last_nm]))
+        found.append(list(SpectralCubes(tmp_path, camera, tmp_path / "nm.npy").fingerprints()))
+    assert found[0] != found[1]
+    (tmp_path / "nm.npy").unlink()
+    with pytest.raises(PhotositeError, match=r"wavelengths = .*nm\.npy: cannot be read .*; check the path"):
+        list(SpectralCubes(tmp_path, camera, tmp_path / "nm.npy").fingerprints())
+
+
 def test_bad_files_are_refused_by_name(tmp_path, camera):
     source = LinearImages(tmp_path, camera)
     broken = linear()
