@@ -32,6 +32,8 @@ from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
 from simulator.units import key_of
 
+Setting = tuple[str, object, Place]  # dotted key of a shot, value, and where it was written
+CAMERA_KEYS = ("camera", "camera.base")  # keys that choose a camera, which replaces the whole section
 # The key that decides which scene it is.
 SCENES: dict[str, type] = {
     "image": ImageScene,
@@ -121,25 +123,28 @@ def load_document(path: str | Path, overrides: Iterable[str] | Mapping[str, obje
 
 def apply_overrides(document: Document, overrides: Iterable[str] | Mapping[str, object]) -> Document:
     """Return the document with its camera replaced by the full section, and values set by dotted path."""
+    return apply_settings(document, parse_overrides(overrides))
+
+
+def parse_overrides(overrides: Iterable[str] | Mapping[str, object]) -> list[Setting]:
+    """Return the settings of overrides as `load_shot` takes them. Raises PhotositeError for a text that is none."""
     if isinstance(overrides, Mapping):
-        items = [(path, value, Place(f"--set {path}={value}", Path.cwd())) for path, value in overrides.items()]
-    else:
-        items = [parse_override(text) for text in overrides]
-    return apply_settings(document, items)
+        return [(path, value, Place(f"--set {path}={value}", Path.cwd())) for path, value in overrides.items()]
+    return [parse_override(text) for text in overrides]
 
 
-def apply_settings(document: Document, items: Sequence[tuple[str, object, Place]]) -> Document:
+def apply_settings(document: Document, items: Sequence[Setting]) -> Document:
     """Return the document with values set, each by its dotted path and with the place where it was written.
 
     Its camera is replaced by the full section. Another camera is chosen before single values of it are set.
     """
     for dotted, value, place in items:
-        if dotted in ("camera", "camera.base"):
+        if dotted in CAMERA_KEYS:
             document = replace_value(document, "camera", value, place)
     if document.data.get("camera") is not None:
         document = replace_section(document, "camera", inline_camera(select_section(document, "camera")))
     for dotted, value, place in items:
-        if dotted not in ("camera", "camera.base"):
+        if dotted not in CAMERA_KEYS:
             document = replace_value(document, dotted, value, place)
     return document
 

@@ -11,10 +11,10 @@ from typing import Any, Protocol
 
 from simulator.config.document import Document, Place
 from simulator.config.document_merge import select_section
+from simulator.config.shot_file import Setting
 from simulator.config.study_values import expand_study_values
 from simulator.config.sweep import SENSOR_KEYS
 
-Setting = tuple[str, object, Place]  # dotted key of a shot, value, and where it was written
 CHECKED_OF_LIST, CHECKED = 500, 50  # values of an axis that are tried before a run: of a list, and of computed ones
 # Columns of the table of results that no axis may have the name of.
 RESERVED = ("index", "name", "state", "error", "command", "seconds", "predicted_error_sigma", "predicted_seconds")

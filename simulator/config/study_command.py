@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from simulator.color.color_tables import CONFIGS
-from simulator.config.study_axes import Setting
+from simulator.config.shot_file import Setting
 from simulator.config.yaml_dialect import dump_flow
 
 FILE = re.compile(r"[^\s:]*\.[A-Za-z][A-Za-z0-9]{1,4}")  # a text that can only be the name of a file

@@ -17,8 +17,8 @@ from simulator.config.document import Document, read_document
 from simulator.config.document_merge import find_config, named_file, parse_override, remove_key, select_section
 from simulator.config.messages import suggest_nearest
 from simulator.config.section_types import Section
-from simulator.config.shot_file import apply_settings, build_shot, dump_resolved, load_document, make_shot_section
-from simulator.config.study_axes import Axis, Product, Setting, dimensions, read_vary
+from simulator.config.shot_file import Setting, apply_settings, build_shot, dump_resolved, load_document, make_shot_section
+from simulator.config.study_axes import Axis, Product, dimensions, read_vary
 from simulator.config.study_command import absolute_files, shot_name, simulate_command
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files

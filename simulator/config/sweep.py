@@ -13,7 +13,7 @@ from simulator.config.document import Document, Place
 from simulator.config.document_merge import remove_key, replace_value, select_section
 from simulator.config.quantity import format_quantity, parse_quantity
 from simulator.config.series_section import SECONDS, SeriesSection
-from simulator.config.shot_file import apply_overrides, build_shot, load_document
+from simulator.config.shot_file import CAMERA_KEYS, Setting, apply_settings, build_shot, load_document, parse_overrides
 from simulator.config.sweep_section import SweepSection, expand_values
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files
@@ -75,7 +75,11 @@ class Sweep:
     index, so that no two points share their noise, unless the sweep varies seeds.frame itself or says `same_noise: true`.
     """
 
-    def __init__(self, document: Document):
+    def __init__(self, document: Document, settings: Iterable[Setting] = ()):
+        """Read a document. settings: those that stand in it already; those of the camera are laid over each that is varied.
+
+        Raises PhotositeError with file and line.
+        """
         section_document = select_section(document, "sweep")
         section = validate(SweepSection, section_document)
         self._place = section_document.place
@@ -101,6 +105,8 @@ class Sweep:
         if self._series is not None:
             with self._locate_series():
                 self._series.check()
+        laid = [one for one in settings if one[0].startswith("camera.") and one[0] not in CAMERA_KEYS]
+        self._laid = laid if any(key in CAMERA_KEYS for key in self.values) else []
 
     @contextmanager
     def _locate_series(self) -> Iterator[None]:
@@ -160,10 +166,8 @@ class Sweep:
         return self._point(index, {key: values[key] for key in self.values}, frame)
 
     def _point(self, index: int, values: dict[str, object], frame: int) -> SweepPoint:
-        document = self._base
-        for key, value in values.items():
-            written = self._place(("vary", key))
-            document = _set_value(document, key, value, replace(written, via="sweep"))
+        varied = [(key, value, replace(self._place(("vary", key)), via="sweep")) for key, value in values.items()]
+        document = apply_settings(self._base, [*self._laid, *varied])
         if self._series is not None:
             document, times = self._set_frame(document, self._series, frame)
             values |= times
@@ -268,13 +272,6 @@ class Sweep:
         return sorted({round(step * (length - 1) / (MAX_CHECKED - 1)) for step in range(MAX_CHECKED)})
 
 
-def _set_value(document: Document, key: str, value: object, place: Place) -> Document:
-    """Return the document with one value of a point set; a camera name is replaced by the full section."""
-    if key in ("camera", "camera.base"):
-        return apply_overrides(replace_value(document, "camera", value, place), ())
-    return replace_value(document, key, value, place)
-
-
 def _set_flow_time(document: Document, flow_s: float, place: Place) -> Document:
     """Return the document with the time that the truth's flow spans [s], where it asks for a flow and states none."""
     motion, truth = (document.data.get(key) for key in ("motion", "truth"))
@@ -285,9 +282,10 @@ def _set_flow_time(document: Document, flow_s: float, place: Place) -> Document:
 
 def load_sweep(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Sweep | None:
     """Return the checked sweep of a shot file, or None when it has no `sweep:` section."""
+    overrides = overrides if isinstance(overrides, Mapping) else list(overrides)
     document = load_document(path, overrides)
     if document.data.get("sweep") is None:
         return None
-    sweep = Sweep(document)
+    sweep = Sweep(document, parse_overrides(overrides))
     sweep.check()
     return sweep

@@ -146,6 +146,30 @@ def test_another_camera_can_be_swept(tmp_path):
     assert [point.shot().camera.model for point in sweep] == ["ILCE-7SM2", "Ideal"]
 
 
+@pytest.mark.parametrize("key", ["camera", "camera.base"])
+def test_keys_of_the_camera_are_laid_over_each_that_is_varied(tmp_path, key):
+    """Those of vary in any order, and those of --set, also where it names another camera."""
+    vary = {"camera.fill_factor": [0.5], key: ["sony_a7s2", "nikon_d850"]}
+    given = ["camera.window={x: 0, y: 0, width: 64, height: 48}", "camera.fill_factor=0.75", "exposure.iso=200"]
+    for settings in (given, [*given, "camera=canon_550d"]):
+        taken = [(point.values, point.shot()) for point in load_sweep(write(tmp_path, {"vary": vary}), iter(settings))]
+        assert [shot.camera.make for _, shot in taken] == ["Sony", "Nikon"]
+        assert {(shot.camera.frame.width, shot.camera.fill_factor, shot.exposure.iso) for _, shot in taken} == {(64, 0.5, 200)}
+        assert [values["camera.fill_factor"] for values, _ in taken] == [0.5, 0.5]
+    del vary["camera.fill_factor"]
+    mapping = {"camera.fill_factor": 0.75}
+    sweep = load_sweep(write(tmp_path, {"vary": vary}), mapping)
+    assert [point.shot().camera.fill_factor for point in sweep] == [0.75, 0.75]
+
+
+def test_a_setting_that_one_of_the_cameras_refuses_is_told(tmp_path):
+    path = write(tmp_path, {"vary": {"camera": ["sony_a7s2", "ideal"]}})
+    with pytest.raises(PhotositeError, match="--set camera.widht=3.*did you mean `width`?"):
+        load_sweep(path, ["camera.widht=3"])
+    with pytest.raises(PhotositeError, match="--set camera.window=.*: camera.window"):
+        load_sweep(path, ["camera.window={x: 4000, y: 0, width: 512, height: 16}"])
+
+
 class Shutter:
     """Stands in for simulation and saving: counts, and writes the sidecar last as the real one does."""
 
