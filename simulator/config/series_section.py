@@ -4,7 +4,13 @@ from typing import Annotated
 
 from pydantic import Field
 
+from simulator.config.build import build, validate
+from simulator.config.dataclass_sections import make_section
+from simulator.config.document import Document
+from simulator.config.document_merge import select_section
 from simulator.config.section_types import Quantity, Section
+from simulator.errors import PhotositeError
+from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.units import Unit
 
 ROUNDING = 1e-9  # share of the interval by which an exposure may exceed it, since written times are rounded
@@ -21,7 +27,7 @@ class SeriesSection(Section):
     ] = None
     gap: Annotated[
         Annotated[float, Quantity(SECONDS)] | None,
-        Field(description="instead: from the end of an exposure to the next release; 0 s"),
+        Field(description="instead: from the end of a frame's exposures to the next release; 0 s"),
     ] = None
     bracket: Annotated[
         list[float] | None,
@@ -38,16 +44,34 @@ class SeriesSection(Section):
         if min(self.interval or 0.0, self.gap or 0.0) < 0.0:
             raise ValueError("interval and gap are 0 s or more")
 
-    def times(self, frame: int, base_s: float) -> tuple[float, float]:
+    def times(self, frame: int, base_s: float, exposure_times: float) -> tuple[float, float]:
         """Return when a frame is released, counted from the first one, and its exposure time [s].
 
-        frame: 0 for the first. base_s: exposure time at 0 stops [s]. Raises ValueError where an exposure outlasts the interval.
+        frame: 0 for the first. base_s: exposure time at 0 stops [s]. exposure_times: what a frame takes, in its exposure times.
+        Raises ValueError where a frame's exposures outlast the interval.
         """
         each_s = [base_s * 2.0**stop for stop in self.bracket or [0.0]]
+        taken_s = [exposure_times * time_s for time_s in each_s]
         rounds, place = divmod(frame, len(each_s))
         if self.interval is None:
-            return rounds * sum(each_s) + sum(each_s[:place]) + frame * (self.gap or 0.0), each_s[place]
-        if max(each_s) > self.interval * (1.0 + ROUNDING):
-            fix = "give a longer one, or a gap instead"
-            raise ValueError(f"exposures of {max(each_s):g} s outlast the interval of {self.interval:g} s; {fix}")
+            return rounds * sum(taken_s) + sum(taken_s[:place]) + frame * (self.gap or 0.0), each_s[place]
+        if max(taken_s) > self.interval * (1.0 + ROUNDING):
+            what = f"exposures of {max(taken_s):g} s{' together' if exposure_times > 1.0 else ''}"
+            raise ValueError(f"{what} outlast the interval of {self.interval:g} s; give a longer one, or a gap instead")
         return frame * self.interval, each_s[place]
+
+
+def count_exposure_times(shot: Document) -> float:
+    """Return what a frame of a shot's document takes, in its exposure times: above 1 where its readings have several.
+
+    1 as well where the readings are not understood, which the check of the shot names.
+    """
+    camera = shot.data.get("camera")
+    if not isinstance(camera, dict) or camera.get("hdr_readout") is None:
+        return 1.0
+    section = select_section(select_section(shot, "camera"), "hdr_readout")
+    try:
+        readout: HdrReadout = build(validate(make_section(HdrReadout), section), (), section)
+    except PhotositeError:
+        return 1.0
+    return sum(readout.exposure_shares)

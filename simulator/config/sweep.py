@@ -12,7 +12,7 @@ from simulator.config.build import locate_error, validate
 from simulator.config.document import Document, Place
 from simulator.config.document_merge import remove_key, replace_value, select_section
 from simulator.config.quantity import format_quantity, parse_quantity
-from simulator.config.series_section import SECONDS, SeriesSection
+from simulator.config.series_section import SECONDS, SeriesSection, count_exposure_times
 from simulator.config.shot_file import CAMERA_KEYS, Setting, apply_settings, build_shot, load_document, parse_overrides
 from simulator.config.sweep_section import SweepSection, expand_values
 from simulator.errors import PhotositeError
@@ -195,8 +195,8 @@ class Sweep:
             rule = "the camera chooses the exposure when it is planned, so that no gap says when it ends; give an interval"
             raise self._section.problem(("series",), rule, key="sweep.series")
         with self._locate_series():
-            known_s = 0.0 if is_metered_bracket else base_s
-            (start_s, time_s), (next_start_s, next_time_s) = (series.times(one, known_s) for one in (frame, frame + 1))
+            known = 0.0 if is_metered_bracket else base_s, count_exposure_times(document)
+            (start_s, time_s), (next_start_s, next_time_s) = (series.times(one, *known) for one in (frame, frame + 1))
         # In 12 digits, so that 3 times 0.1 s reads 0.3 s.
         values: dict[str, object] = {"exposure.start": format_quantity(float(f"{first_s + start_s:.12g}"), SECONDS)}
         if series.bracket is not None and is_metered_bracket:

@@ -12,6 +12,7 @@ from simulator.config import load_sweep
 from simulator.config.shot_file import load_document
 from simulator.config.sweep import Sweep
 from simulator.errors import PhotositeError
+from simulator.exposure.later_exposures import later_exposures
 from simulator.pipeline.light_cache import LightCache
 from simulator.studies.sweep_runner import SKIPPED, run_sweep, take
 
@@ -321,6 +322,40 @@ def test_a_bracket_repeats_its_stops_and_waits_the_gap_after_each_exposure(tmp_p
     sweep = load(tmp_path, {"series": {"frames": 5, "gap": "2 ms", "bracket": [0, -1, 1]}})
     assert [time for _, time in times(sweep)] == [0.008, 0.004, 0.016, 0.008, 0.004]
     assert [start for start, _ in times(sweep)] == pytest.approx([0.0, 0.010, 0.016, 0.034, 0.044], abs=1e-12)
+
+
+def hdr_shot(camera: str = "base: sony_a7s2, hdr_readout: {exposures: [1, 0.25]}", time: str = "10 ms") -> str:
+    return SHOT.replace("camera: sony_a7s2", f"camera: {{{camera}}}").replace("1/125 s", time)
+
+
+def test_a_frame_lasts_until_the_last_exposure_of_its_readings_ends(tmp_path):
+    """Exposures follow each other: 10 ms and a quarter of it. Readings of one charge, or of another gain, take no more time."""
+    series = {"frames": 3, "gap": "1 ms"}
+    assert times(load(tmp_path, {"series": series}, hdr_shot())) == [(0.0, 0.01), (0.0135, 0.01), (0.027, 0.01)]
+    for shot in (point.shot() for point in load(tmp_path, {"series": series}, hdr_shot())):
+        (later,) = later_exposures(shot.exposure, shot.camera)
+        assert later.start_s + later.time_s == pytest.approx(shot.exposure.start_s + 0.0125, rel=1e-12)
+    once = hdr_shot("base: sony_a7s2, hdr_readout: {exposures: [1, 1, 0.5], gains: [1, 0.25, 0.25]}")
+    assert [start for start, _ in times(load(tmp_path, {"series": series}, once))] == [0.0, 0.016, 0.032]
+    gains = hdr_shot("base: sony_a7s2, hdr_readout: {gains: [1, 0.25]}").replace("iso: 100", "iso: 1600")
+    assert [start for start, _ in times(load(tmp_path, {"series": series}, gains))] == [0.0, 0.011, 0.022]
+    bracket = load(tmp_path, {"series": {"frames": 4, "gap": "0 s", "bracket": [0, 1]}}, hdr_shot())
+    assert [start for start, _ in times(bracket)] == pytest.approx([0.0, 0.0125, 0.0375, 0.05], abs=1e-12)
+
+
+def test_the_readings_are_those_of_the_camera_of_the_point(tmp_path):
+    vary = {"camera": ["sony_a7s2", {"base": "sony_a7s2", "hdr_readout": {"exposures": [1, 0.5]}}]}
+    sweep = load(tmp_path, {"vary": vary, "series": {"frames": 2}}, hdr_shot())
+    assert [start for start, _ in times(sweep)] == [0.0, 0.01, 0.0, 0.015]
+
+
+def test_exposures_that_together_outlast_the_interval_are_refused(tmp_path):
+    told = r"s.yaml:\d+: sweep.series: exposures of 0.0125 s together outlast the interval of 0.01 s"
+    with pytest.raises(PhotositeError, match=told):
+        load(tmp_path, {"series": {"frames": 2, "interval": "10 ms"}}, hdr_shot())
+    assert times(load(tmp_path, {"series": {"frames": 2, "interval": "12.5 ms"}}, hdr_shot()))[1] == (0.0125, 0.01)
+    with pytest.raises(PhotositeError, match="camera.hdr_readout.exposures"):  # the camera is what is wrong
+        load(tmp_path, {"series": {"frames": 2}}, hdr_shot("base: sony_a7s2, hdr_readout: {exposures: [1, 2]}"))
 
 
 def test_a_metered_bracket_varies_the_compensation_and_needs_an_interval(tmp_path):
