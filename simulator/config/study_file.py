@@ -14,7 +14,14 @@ from pydantic import Field
 from simulator.config.build import build, locate_error, validate
 from simulator.config.dataclass_sections import make_section
 from simulator.config.document import Document, read_document
-from simulator.config.document_merge import find_config, named_file, parse_override, remove_key, select_section
+from simulator.config.document_merge import (
+    find_config,
+    named_file,
+    parse_override,
+    remove_key,
+    replace_value,
+    select_section,
+)
 from simulator.config.messages import suggest_nearest
 from simulator.config.section_types import Section
 from simulator.config.shot_file import Setting, apply_settings, build_shot, dump_resolved, load_document, make_shot_section
@@ -126,18 +133,26 @@ class Study:
         rows = self.vary.rows(index)
         axes = [(axis, rows[key]) for key, axis in self._axes.items()]
         values: dict[str, object] = {axis.key: axis.values[row] for axis, row in axes}
-        settings = [*self._set, *(one for axis, row in axes for one in axis.settings(row))]
+        varied = [one for axis, row in axes for one in axis.settings(row)]
         name, place = _name_point(values), self._document.place(("study",))
-        settings.append(("name", name, place))
-        if not self._same_noise and not any(key in ("seeds.frame", "seeds") for key, _, _ in settings):
-            settings.append(("seeds.frame", self._frame_seed(values), place))
+        settings = [*self._set, *varied, ("name", name, place)]
+        if not self._same_noise and self._base_seed is not None and not any(map(_states_frame_seed, varied)):
+            settings.append(("seeds.frame", (int(_digest(values)[:8], 16) + self._base_seed) % SEEDS, place))
         return StudyPoint(index, name, values, self._base, tuple(settings), self.shot_path, self._had_sweep)
 
-    def _frame_seed(self, values: Mapping[str, object]) -> int:
-        """Return the seed of a point's noise, which follows from the shot's seed and the point's values."""
-        seeds = self._base.data.get("seeds")
-        given = seeds.get("frame", 0) if isinstance(seeds, dict) else 0
-        return (int(_digest(values)[:8], 16) + (given if isinstance(given, int) else 0)) % SEEDS
+    @cached_property
+    def _base_seed(self) -> int | None:
+        """Frame seed of the shot with what is set at every point; None where it is none, which the check of the shot names."""
+        document = self._base
+        try:
+            for setting in self._set:
+                if setting[0].partition(".")[0] == "seeds":
+                    document = replace_value(document, *setting)
+        except PhotositeError:
+            return None
+        seeds = document.data.get("seeds")
+        found = (seeds or {}).get("frame", 0) if isinstance(seeds, dict | None) else None
+        return found if isinstance(found, int) and 0 <= found < SEEDS else None
 
     @property
     def keys(self) -> list[str]:
@@ -228,6 +243,11 @@ def _settings(document: Document) -> list[Setting]:
     """Return the settings of `set:`."""
     given = document.data.get("set") or {}
     return [(str(key), value, document.place(("set", key))) for key, value in given.items()]
+
+
+def _states_frame_seed(setting: Setting) -> bool:
+    key, value, _ = setting
+    return key == "seeds.frame" or (key == "seeds" and isinstance(value, dict) and "frame" in value)
 
 
 def _read_quantity(document: Document, label: str, quantities: Mapping[str, type]) -> tuple[Any, dict[str, Any]]:

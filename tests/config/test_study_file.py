@@ -153,6 +153,41 @@ def test_every_point_has_its_own_noise_unless_asked(tmp_path):
     assert len({point.shot().seeds.frame for point in named}) == len(named) == 6
 
 
+@pytest.mark.parametrize(
+    ("stated", "settings", "base"),
+    [
+        ("{seeds: {body: 3}}", (), 0),
+        ("{seeds.body: 3}", (), 40),
+        ("{seeds.frame: 7}", (), 7),
+        ("{seeds: {frame: 8, body: 3}}", (), 8),
+        ("{seeds: {frame: 8}}", ["seeds.frame=9"], 9),
+        ("{}", ["seeds={body: 1}"], 0),
+        ("{}", ["seeds.frame=40"], 40),
+    ],
+)
+def test_seeds_at_every_point_leave_each_its_own_noise(tmp_path, stated, settings, base):
+    """The seed of a point is the shot's, with what is set at every point, plus a number that follows from its values alone."""
+    vary = "  - exposure.iso: [100, 200, 400]"
+    offsets = [point.shot().seeds.frame - 40 for point in load(tmp_path, vary)]
+    study = load(tmp_path, vary, f"set: {stated}\n", settings=settings)
+    frames = [point.shot().seeds.frame for point in study]
+    assert frames == [(base + offset) % 2**32 for offset in offsets] and len(set(frames)) == 3
+    same = load(tmp_path, vary, f"same_noise: true\nset: {stated}\n", settings=settings)
+    assert {point.shot().seeds.frame for point in same} == {base}
+
+
+def test_only_an_axis_that_states_the_frame_seed_decides_it(tmp_path):
+    bodies = load(tmp_path, "  - seeds: [{body: 1}, {body: 2}]\n  - exposure.iso: [100, 200]")
+    assert len({point.shot().seeds.frame for point in bodies}) == 4
+    assert [point.shot().seeds.body for point in bodies] == [1, 1, 2, 2]
+    whole = load(tmp_path, "  - seeds: [{body: 1, frame: 5}, {body: 2, frame: 6}]\n  - exposure.iso: [100, 200]")
+    assert [point.shot().seeds.frame for point in whole] == [5, 5, 6, 6]
+    mixed = load(tmp_path, "  - noise: {variants: {own: {}, fifth: {seeds.frame: 5}}}\n  - exposure.iso: [100, 200]")
+    assert [point.shot().seeds.frame == 5 for point in mixed] == [False, False, True, True]
+    with pytest.raises(PhotositeError, match="seeds.frame = many"):
+        load(tmp_path, "  - exposure.iso: [100, 200]", "set: {seeds.frame: many}\n")
+
+
 def test_names_are_file_names_and_differ(tmp_path):
     study = load(tmp_path, "  - lens.focus_distance: [1 m, infinity]\n  - exposure.time: [1/500 s, 2 s]")
     assert [point.name for point in study][:2] == ["focus_distance-1-m_time-1-500-s", "focus_distance-1-m_time-2-s"]
