@@ -3,6 +3,7 @@
 import hashlib
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -57,7 +58,8 @@ class StudySection(Section):
 class StudyPoint:
     """One point of a study.
 
-    name: stem of its files. It follows from the values alone, so that it stays when the study grows.
+    name: stem of its files. It follows from the values alone, so that it stays when the study grows; where an axis has values
+        that read alike in a file name, it ends in a hash of them.
     values: dotted key of an axis -> value as written, or the name of a variant.
     base: document of the study's shot, which lies in shot_path. settings: of this point, in it.
     had_sweep: whether the file has a sweep, which is left out.
@@ -134,11 +136,21 @@ class Study:
         axes = [(axis, rows[key]) for key, axis in self._axes.items()]
         values: dict[str, object] = {axis.key: axis.values[row] for axis, row in axes}
         varied = [one for axis, row in axes for one in axis.settings(row)]
-        name, place = _name_point(values), self._document.place(("study",))
+        name, place = _name_point(values, self._alike), self._document.place(("study",))
         settings = [*self._set, *varied, ("name", name, place)]
         if not self._same_noise and self._base_seed is not None and not any(map(_states_frame_seed, varied)):
             settings.append(("seeds.frame", (int(_digest(values)[:8], 16) + self._base_seed) % SEEDS, place))
         return StudyPoint(index, name, values, self._base, tuple(settings), self.shot_path, self._had_sweep)
+
+    @cached_property
+    def _alike(self) -> dict[str, frozenset[str]]:
+        """Texts that several values of an axis have in file names, by its key; steps and whole numbers have none."""
+        found: dict[str, frozenset[str]] = {}
+        for key, axis in self._axes.items():
+            listed = axis.values if isinstance(axis.values, list) else ()
+            counts = Counter(_as_file_name(_value_text(value)) for value in listed)
+            found[key] = frozenset(text for text, count in counts.items() if count > 1)
+        return found
 
     @cached_property
     def _base_seed(self) -> int | None:
@@ -282,16 +294,33 @@ def _read_quantity(document: Document, label: str, quantities: Mapping[str, type
         raise error.replace(key=key) from None
 
 
-def _name_point(values: Mapping[str, object]) -> str:
-    """Return the stem of a point's files: the last word of each key with its value."""
+def _name_point(values: Mapping[str, object], alike: Mapping[str, frozenset[str]]) -> str:
+    """Return the stem of a point's files: the last word of each key with its value.
+
+    alike: texts that several values of an axis have in file names, by its key. A name ends in a hash where it has one of them,
+    where it is long or holds other signs than numbers and paths do, and where a value reads as if the next key began in it.
+    """
     last = [key.rpartition(".")[2] for key in values]
     words = [key if last.count(word) > 1 else word for key, word in zip(values, last, strict=True)]
-    texts = [value if isinstance(value, str | int | float) else json.dumps(value) for value in values.values()]
-    plain = "_".join(f"{word}-{text}" for word, text in zip(words, texts, strict=True))
-    safe = re.sub(r"[^\w.+-]+", "-", plain)
-    if len(safe) > NAME_LETTERS or re.search(r"[^\w.+/ -]", plain):
-        safe = f"{safe[:NAME_LETTERS]}_{_digest(values)[:12]}"
-    return safe
+    texts = {key: _value_text(value) for key, value in values.items()}
+    plain = "_".join(f"{word}-{text}" for word, text in zip(words, texts.values(), strict=True))
+    safe, words_alone = _as_file_name(plain), _as_file_name("_".join(f"{word}-" for word in words))
+    begins = [_as_file_name(f"_{word}-") for word in words[1:]]
+    is_hashed = (
+        len(safe) > NAME_LETTERS
+        or re.search(r"[^\w.+/ -]", plain) is not None
+        or any(_as_file_name(text) in alike[key] for key, text in texts.items())
+        or any(safe.count(begin) > words_alone.count(begin) for begin in begins)
+    )
+    return f"{safe[:NAME_LETTERS]}_{_digest(values)[:12]}" if is_hashed else safe
+
+
+def _value_text(value: object) -> str:
+    return str(value) if isinstance(value, str | int | float) else json.dumps(value)
+
+
+def _as_file_name(text: str) -> str:
+    return re.sub(r"[^\w.+-]+", "-", text)
 
 
 def _digest(values: Mapping[str, object]) -> str:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 import shlex
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simulator.config import load_shot
+from simulator.config.document import read_document
 from simulator.config.document_merge import parse_override
 from simulator.config.study_file import Study, load_study_file
 from simulator.config.yaml_dialect import dump_flow
@@ -194,6 +196,34 @@ def test_names_are_file_names_and_differ(tmp_path):
     many = ", ".join(f"{place}: {{variants: {{{'a' * 40}: {{}}, {'b' * 40}: {{}}}}}}" for place in ("one", "two"))
     names = [point.name for point in load(tmp_path, f"  - {{{many}}}\n  - {{three: {{variants: {{c/d: {{}}, c e: {{}}}}}}}}")]
     assert len(set(names)) == 4 and all("/" not in name and len(name) < 110 for name in names)
+
+
+@pytest.mark.parametrize(
+    ("vary", "plain"),
+    [
+        ("  - light: {variants: {low light: {}, low-light: {}, low/light: {}, high light: {}}}", "light-high-light"),
+        ("  - scene.image: [a/1.png, a-1.png, a/2.png]", "image-a-2.png"),
+        ('  - lens.model: ["100", 100, "null", null, "101"]', "model-101"),
+        ("  - {body: {variants: {a b: {}, a-b: {}, c d: {}}}, seeds.frame: [1, 2, 3]}", "body-c-d_frame-3"),
+    ],
+)
+def test_values_that_read_alike_in_a_file_name_get_names_of_their_own(tmp_path, vary, plain):
+    """Those alone end in a hash, whatever the order; the others have the names that they have without them."""
+    (tmp_path / "s.yaml").write_text(SHOT)
+    (tmp_path / "study.yaml").write_text(f"study: s\nshot: ./s.yaml\nvary:\n{vary}\n  - exposure.time: [1/500 s, 2 s]\n")
+    names = [point.name for point in Study(read_document(tmp_path / "study.yaml"), {})]
+    assert len(set(names)) == len(names)
+    assert [name for name in names if not re.fullmatch(r".*_[0-9a-f]{12}", name)] == [
+        f"{plain}_time-1-500-s",
+        f"{plain}_time-2-s",
+    ]
+
+
+def test_a_value_that_reads_as_the_next_key_does_not_make_names_alike(tmp_path):
+    study = load(tmp_path, "  - one: {variants: {x: {}, x_two-y: {}}}\n  - two: {variants: {z: {}, y_two-z: {}}}")
+    assert len({point.name for point in study}) == 4 and study[0].name == "one-x_two-z"
+    plain = load(tmp_path, "  - my_time: {variants: {a: {}}}\n  - exposure.time: [1 s]")
+    assert [point.name for point in plain] == ["my_time-a_time-1-s"]
 
 
 def test_the_command_takes_the_same_shot_from_any_folder(tmp_path, monkeypatch):
