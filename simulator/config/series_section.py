@@ -10,6 +10,7 @@ from simulator.config.document import Document
 from simulator.config.document_merge import select_section
 from simulator.config.section_types import Quantity, Section
 from simulator.errors import PhotositeError
+from simulator.exposure.settings import MOST_COMPENSATION_STOPS
 from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.units import Unit
 
@@ -30,7 +31,7 @@ class SeriesSection(Section):
         Field(description="instead: from the end of a frame's exposures to the next release; 0 s"),
     ] = None
     bracket: Annotated[
-        list[float] | None,
+        list[Annotated[float, Field(ge=-MOST_COMPENSATION_STOPS, le=MOST_COMPENSATION_STOPS)]] | None,
         Field(
             min_length=1,
             description="stops of time, or of compensation where it is metered, frame by frame and over again: [0, -2, 2]",

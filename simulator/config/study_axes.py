@@ -14,6 +14,7 @@ from simulator.config.document_merge import select_section
 from simulator.config.shot_file import Setting
 from simulator.config.study_values import expand_study_values
 from simulator.config.sweep import SENSOR_KEYS
+from simulator.config.sweep_section import check_count
 
 CHECKED_OF_LIST, CHECKED = 500, 50  # values of an axis that are tried before a run: of a list, and of computed ones
 # Columns of the table of results that no axis may have the name of.
@@ -168,7 +169,12 @@ def _read_list(section: Document, name: str) -> list[Node]:
 
 
 def _read_group(section: Document, name: str) -> Product:
-    return Product(tuple(_read_list(section, name)))
+    parts = tuple(_read_list(section, name))
+    try:
+        check_count(math.prod(len(part) for part in parts))
+    except ValueError as error:
+        raise section.problem((), f"{error}", key=name) from None
+    return Product(parts)
 
 
 def _read_entry(entry: Document, name: str) -> Node:
@@ -201,11 +207,25 @@ def _read_item(section: Document, key: str) -> Node:
             raise section.problem((others[0],), "stands beside variants; leave it out", key=f"{key}.{others[0]}")
         return _read_variants(select_section(section, VARIANTS), key)
     values = expand_study_values(section, key)
-    repeated = [value for index, value in enumerate(values) if value in values[:index]] if isinstance(values, list) else []
-    if repeated:
-        rule = "stands there twice; for more frames of one setting vary seeds.frame, too"
-        raise section.problem((), rule, key=key, value=repeated[0])
+    if isinstance(values, list):
+        for value in _find_repeated(values):
+            rule = "stands there twice; for more frames of one setting vary seeds.frame, too"
+            raise section.problem((), rule, key=key, value=value)
     return Axis(key, values, section.place(()))
+
+
+def _find_repeated(values: Sequence[object]) -> Iterator[object]:
+    """Yield the values that equal an earlier one; plain ones, of which there can be a million, are looked up by their hash."""
+    plain: set[object] = set()
+    sections: list[object] = []
+    for value in values:
+        is_section = isinstance(value, dict | list)
+        if value in (sections if is_section else plain):
+            yield value
+        elif is_section:
+            sections.append(value)
+        else:
+            plain.add(value)
 
 
 def _read_variants(section: Document, key: str) -> Axis:

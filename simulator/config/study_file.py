@@ -32,7 +32,6 @@ from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files
 from simulator.pipeline.shot import Shot
 
-MOST_POINTS = 10_000_000
 NAME_LETTERS = 90  # of a point's name that are made of its values; a longer one ends in a hash
 SEEDS = 2**32  # of frames
 Kept = Literal["dng", "truth"]
@@ -116,8 +115,6 @@ class Study:
         self._set = (*_settings(document), *settings)
         self.vary: Product = read_vary(select_section(document, "vary"))
         self._axes: dict[str, Axis] = {axis.key: axis for axis in self.vary.axes}
-        if len(self) > MOST_POINTS:
-            raise document.problem(("vary",), f"gives {len(self)} points; {MOST_POINTS} are possible", key="vary")
         self.measure: dict[str, Any] = {}
         self.measured: dict[str, Any] = {}
         for label in section.measure:

@@ -12,7 +12,7 @@ from simulator.config.document import Document
 from simulator.config.quantity import convert, format_quantity, split_quantity
 from simulator.config.random_streams import LARGEST_SEED, RandomStream
 from simulator.config.section_types import Section
-from simulator.config.sweep_section import Number, Steps, WholeNumbers, expand_values
+from simulator.config.sweep_section import Number, Steps, WholeNumbers, expand_values, split_number
 from simulator.errors import PhotositeError
 from simulator.units import Unit
 
@@ -81,17 +81,18 @@ def _count_steps(given: Range) -> Steps:
         if given.log2_step is not None:
             if not (0.0 < first and 0.0 < last < math.inf and given.log2_step > 0.0):
                 raise ValueError("equal ratios need both ends above 0, and a log2_step above 0")
-            intervals = abs(math.log2(last / first)) / given.log2_step
+            intervals = abs(math.log2(last) - math.log2(first)) / given.log2_step
         else:
             distance = _in_unit_of(given.step, given.first)
             if distance <= 0.0 or not math.isfinite(last - first):
                 raise ValueError("give a step above 0 and finite ends; the ends say in which direction it goes")
             intervals = abs(last - first) / distance
+        told = f"{intervals:.6g} steps lead from one end to the other"
+        if not intervals <= MOST_VALUES:
+            raise ValueError(f"{told}; {MOST_VALUES} values are possible, so give a larger step")
         count = round(intervals) + 1
         if abs(intervals - round(intervals)) > STEP_ERROR or not 2 <= count <= MOST_VALUES:
-            raise ValueError(
-                f"{intervals:.6g} steps lead from one end to the other; give ends that a whole number of steps joins"
-            )
+            raise ValueError(f"{told}; give ends that a whole number of steps joins")
     return Steps.model_validate({"from": given.first, "to": given.last, "steps": count, "scale": scale})
 
 
@@ -116,12 +117,14 @@ def _draw(given: RandomDraws, key: str) -> list[Number]:
         low_high = _in_unit_of(given.first, like), _in_unit_of(given.last, like)
         distribution = Uniform(low_high) if given.random == "uniform" else LogUniform(low_high)
     values = [draw(distribution, RandomStream(given.seed, index).uniform(key)) for index in range(given.count)]
+    if not all(map(math.isfinite, values)):
+        raise ValueError("the ends lie too far apart to draw numbers between them; give nearer ones")
     return [_write(round(value) if given.whole else value, unit) for value in values]
 
 
 def _in_unit_of(value: Number | None, like: Number | None) -> float:
     """Return the number of a value in the unit of another one. Raises ValueError where that is impossible."""
-    number, unit = split_quantity(value) if isinstance(value, str) else (float(value or 0.0), "")
+    number, unit = split_number(0.0 if value is None else value)
     wanted = split_quantity(like)[1] if isinstance(like, str) else ""
     if bool(unit) != bool(wanted):
         raise ValueError("give all of them a unit, or none")

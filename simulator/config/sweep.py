@@ -14,7 +14,7 @@ from simulator.config.document_merge import remove_key, replace_value, select_se
 from simulator.config.quantity import format_quantity, parse_quantity
 from simulator.config.series_section import SECONDS, SeriesSection, count_exposure_times
 from simulator.config.shot_file import CAMERA_KEYS, Setting, apply_settings, build_shot, load_document, parse_overrides
-from simulator.config.sweep_section import SweepSection, expand_values
+from simulator.config.sweep_section import SweepSection, check_count, expand_values
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files
 from simulator.pipeline.motion_span import motion_span
@@ -105,6 +105,10 @@ class Sweep:
         if self._series is not None:
             with self._locate_series():
                 self._series.check()
+        try:
+            check_count(self._count)
+        except ValueError as error:
+            raise section_document.problem((), f"{error}", key="sweep") from None
         laid = [one for one in settings if one[0].startswith("camera.") and one[0] not in CAMERA_KEYS]
         self._laid = laid if any(key in CAMERA_KEYS for key in self.values) else []
 
@@ -129,6 +133,11 @@ class Sweep:
         return [*(key for key in self.values if key not in series), *series]
 
     def __len__(self) -> int:
+        return self._count
+
+    @property
+    def _count(self) -> int:
+        """Number of points, also where len() could not hold it."""
         lengths = [len(values) for values in self.values.values()]
         return self.frames * (lengths[0] if self._zip and lengths else math.prod(lengths))
 

@@ -1,5 +1,6 @@
 """The `sweep:` section: which keys vary, over which values."""
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal, overload
 
@@ -11,6 +12,8 @@ from simulator.config.series_section import SeriesSection
 from simulator.units import Unit
 
 Number = int | float | str
+MOST_POINTS = 10_000_000  # of a sweep or a study, and whole numbers of one key
+DIGITS_TOLD = 18  # a longer number of points is not written out
 
 
 class Steps(Section):
@@ -58,14 +61,14 @@ class SweepSection(Section):
 class EvenSteps(Sequence[Number]):
     """The values of `Steps`, each computed when it is asked for.
 
-    Raises ValueError for unknown units, ends of different dimension, infinite ends, and ends of a log2 scale that are not
-    above 0.
+    Raises ValueError for unknown units, ends of different dimension, infinite ends and those whose distance or ratio no float
+    holds, and ends of a log2 scale that are not above 0.
     """
 
     def __init__(self, steps: Steps):
         self.steps, self.log, self.ends = steps.steps, steps.scale == "log2", (steps.first, steps.last)
-        self.first, self.unit = _split_end(steps.first)
-        self.last, unit = _split_end(steps.last)
+        self.first, self.unit = split_number(steps.first)
+        self.last, unit = split_number(steps.last)
         if bool(self.unit) != bool(unit):
             raise ValueError("give both ends a unit, or neither")
         for name in filter(None, (self.unit, unit)):
@@ -76,6 +79,8 @@ class EvenSteps(Sequence[Number]):
             raise ValueError("equal ratios (scale: log2) need both ends above 0")
         if self.first in (float("inf"), float("-inf")) or self.last in (float("inf"), float("-inf")):
             raise ValueError("no even steps lead to infinity; list the values")
+        if not math.isfinite(self.last - self.first) or (self.log and not 0.0 < self.last / self.first < math.inf):
+            raise ValueError("the ends lie too far apart for even steps; list the values")
         self.whole = isinstance(steps.first, int) and isinstance(steps.last, int)
 
     def __len__(self) -> int:
@@ -103,12 +108,26 @@ class EvenSteps(Sequence[Number]):
         return int(value) if self.whole and value == int(value) else value
 
 
-def _split_end(end: Number) -> tuple[float, str]:
-    return split_quantity(end) if isinstance(end, str) else (float(end), "")
+def split_number(value: Number) -> tuple[float, str]:
+    """Return number and unit of a value, '' for a bare number. Raises ValueError for what is no quantity or too large."""
+    try:
+        return split_quantity(value) if isinstance(value, str) else (float(value), "")
+    except OverflowError:
+        raise ValueError("is too large a number; give a smaller one") from None
+
+
+def check_count(count: int, what: str = "points") -> None:
+    """Raise ValueError for more points, or values of one key, than are possible."""
+    if count > MOST_POINTS:
+        told = f"{count}" if count <= 10**DIGITS_TOLD else f"more than 10^{DIGITS_TOLD}"
+        raise ValueError(f"gives {told} {what}; {MOST_POINTS} are possible, so give fewer values")
 
 
 def expand_values(values: list[Any] | Steps | WholeNumbers) -> Sequence[Any]:
-    """Return the values of one varied key; computed ones are made when they are asked for. Raises ValueError for none."""
+    """Return the values of one varied key; computed ones are made when they are asked for.
+
+    Raises ValueError for none, and for more than are possible.
+    """
     if isinstance(values, Steps):
         return EvenSteps(values)
     if isinstance(values, WholeNumbers):
@@ -116,5 +135,6 @@ def expand_values(values: list[Any] | Steps | WholeNumbers) -> Sequence[Any]:
             raise ValueError("a range cannot step by 0")
         if not (numbers := range(*values.range)):
             raise ValueError(f"the range {values.range} is empty; its stop is left out, as in Python")
+        check_count((numbers[-1] - numbers[0]) // numbers.step + 1, "values")  # len() holds no more than 64 bits
         return numbers
     return values

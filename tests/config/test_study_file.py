@@ -4,6 +4,7 @@ import itertools
 import math
 import re
 import shlex
+import tracemalloc
 from dataclasses import dataclass
 
 import pytest
@@ -353,6 +354,46 @@ def test_a_million_points_are_not_made_up_front(tmp_path):
     study = load(tmp_path, "  - exposure.iso: [100, 200]\n  - seeds.frame: {range: [0, 500000]}")
     assert len(study) == 1_000_000
     assert study[999_999].values == {"exposure.iso": 200, "seeds.frame": 499_999}
+
+
+MILLION = "{from: 1, to: 2, steps: 1000000}"
+HUGE = "1" + 400 * "0"  # a whole number that no float holds
+
+
+@pytest.mark.parametrize(
+    ("vary", "message"),
+    [
+        ([f"a{place}: {MILLION}" for place in range(2)], "vary: gives 1000000000000 points; 10000000 are possible"),
+        ([f"a{place}: {MILLION}" for place in range(60)], "vary: gives more than 10^18 points; 10000000 are possible"),
+        (["group: [" + ", ".join(f"{{a{place}: {MILLION}}}" for place in range(4)) + "]\n    b: [1]"], "group: gives more"),
+        (["seeds.frame: {range: [0, 1000000000]}"], "gives 1000000000 values; 10000000 are possible"),
+        (["seeds.frame: {range: [0, 1" + 30 * "0" + "]}"], "gives more than 10^18 values; 10000000 are possible"),
+        (["exposure.iso: {from: 100, to: 400, step: 1.0e-6}"], "3e+08 steps lead from one end to the other; 1000000 values"),
+        (["exposure.iso: {from: 100, to: 400, step: 1.0e-320}"], "inf steps lead from one end to the other; 1000000 values"),
+        (["exposure.iso: {from: 100, to: 400, log2_step: 1.0e-320}"], "inf steps lead from one end to the other"),
+        (["exposure.iso: {from: 1.0e+300, to: 1.0e-300, log2_step: 1}"], "1993.16 steps lead from one end to the other"),
+        ([f"exposure.iso: {{from: {HUGE}, to: 2, steps: 5}}"], "exposure.iso: is too large a number"),
+        ([f"exposure.iso: {{from: 2, to: {HUGE}, step: 5}}"], "exposure.iso: is too large a number"),
+        ([f"exposure.iso: {{random: uniform, from: 1, to: {HUGE}, count: 5}}"], "exposure.iso: is too large a number"),
+        (["exposure.iso: {random: uniform, from: -1.5e+308, to: 1.5e+308, count: 5, whole: true}"], "lie too far apart"),
+        (["exposure.iso: {random: log_uniform, from: 1.0e-300, to: 1.0e+300, count: 5}"], "lie too far apart"),
+    ],
+)  # fmt: skip
+def test_more_values_than_are_possible_are_refused_before_they_are_made(tmp_path, vary, message):
+    tracemalloc.start()
+    with pytest.raises(PhotositeError) as caught:
+        load(tmp_path, "\n".join(f"  - {one}" for one in vary))
+    _, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert message in str(caught.value) and caught.value.line is not None and most_bytes < 10_000_000
+
+
+def test_a_value_that_is_drawn_twice_is_found_among_many(tmp_path):
+    with pytest.raises(PhotositeError, match="stands there twice"):
+        load(tmp_path, "  - seeds.frame: {random: uniform, from: 0, to: 50000, count: 20000, whole: true}")
+    sections = ", ".join(f"{{body: {place}}}" for place in (*range(100), 0))
+    with pytest.raises(PhotositeError, match="seeds = .*body.* stands there twice"):
+        load(tmp_path, f"  - seeds: [{sections}]")
 
 
 def test_a_study_that_is_not_there_is_told_with_the_nearest_name():

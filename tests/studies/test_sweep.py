@@ -94,6 +94,13 @@ def test_linear_steps_and_whole_numbers(tmp_path):
         ({"lens.f_number": {"from": "f/1", "to": "f/2", "step": 1}}, "did you mean `steps`?"),
         ({"lens.fnumber": ["f/1"]}, "did you mean `f_number`?"),
         ({"lens.f_number": ["f/1"] * 200 + ["f/x"]}, "lens.f_number = f/x"),
+        ({"seeds.frame": {"range": [0, 10**9]}}, "sweep.vary.seeds.frame: gives 1000000000 values; 10000000 are possible"),
+        ({"seeds.frame": {"range": [10**20, 0, -1]}}, "sweep.vary.seeds.frame: gives more than 10^18 values; 10000000 are"),
+        (dict.fromkeys("ab", {"from": 1, "to": 2, "steps": 10**6}), "sweep: gives 1000000000000 points; 10000000 are possible"),
+        (dict.fromkeys("abcd", {"from": 1, "to": 2, "steps": 10**6}), "sweep: gives more than 10^18 points; 10000000 are"),
+        ({"exposure.iso": {"from": 10**400, "to": 2, "steps": 5}}, "sweep.vary.exposure.iso: is too large a number"),
+        ({"exposure.iso": {"from": -(10**308), "to": 10**308, "steps": 5}}, "the ends lie too far apart"),
+        ({"exposure.iso": {"from": 1e-300, "to": 1e300, "steps": 5, "scale": "log2"}}, "the ends lie too far apart"),
     ],
 )
 def test_a_mistake_anywhere_is_found_before_the_first_point_runs(tmp_path, vary, message):
@@ -401,6 +408,7 @@ def test_a_series_beside_values_that_are_zipped(tmp_path):
         ({"frames": 2, "interval": "9 ms", "gap": "1 ms"}, "leave one of them out"),
         ({"frames": 2, "gap": "-1 ms"}, "0 s or more"),
         ({"frames": 0}, "series.frames = 0"),
+        ({"frames": 2, "bracket": [0, 5000]}, "series.bracket.1 = 5000"),
         ({"frames": 2, "interval": 40}, "has no unit"),
     ],
 )
