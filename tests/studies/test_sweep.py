@@ -452,3 +452,14 @@ def test_a_path_that_is_shorter_than_a_series_is_refused_before_its_first_frame(
         load(tmp_path, {"series": {"frames": 6, "interval": "700 ms"}}, text)
     assert found.value.key.startswith("motion.camera.") and found.value.line is not None
     assert len(load(tmp_path, {"series": {"frames": 4, "interval": "500 ms"}}, text)) == 4
+
+
+def test_a_path_that_ends_before_the_last_exposure_of_a_frame_is_refused_before_its_first(tmp_path):
+    """Exposures of 0.8 and 0.4 s, so that the second frame is open from 1.2 to 2.4 s."""
+    (tmp_path / "turn.csv").write_text("time_s,rotation_euler_y\n0,0\n1,0.01\n2,0.02\n")
+    text = hdr_shot("base: sony_a7s2, hdr_readout: {exposures: [1, 0.5]}", "0.8 s") + "motion: {camera: {path: turn.csv}}\n"
+    series = {"frames": 2, "interval": "1.2 s"}
+    with pytest.raises(
+        PhotositeError, match=r"to 2 s of the shot's clock, .* 0 s to 2.4 s; .*for the 2 frames of sweep.series"
+    ):
+        load(tmp_path, {"series": series}, text)
