@@ -13,6 +13,7 @@ import numpy as np
 
 from simulator.raw.disk_arrays import give_back
 
+LARGEST_INT = 2**31 - 1  # of an attribute that is a whole number
 LONGEST_NAME = 31  # bytes of a name, unless a flag of the version says that there are longer ones
 _MAGIC, _VERSION, _MULTI_PART = 20000630, 2, 1 << 12
 _FLOAT = 2  # type of a channel

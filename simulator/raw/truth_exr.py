@@ -13,6 +13,7 @@ import numpy as np
 from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
 from simulator.raw.image_files import PicturePart, put_parts, read_parts
+from simulator.raw.plain_exr import LARGEST_INT
 from simulator.raw.raw_image import Raw
 from simulator.sensor.camera.cfa import Cfa
 
@@ -46,7 +47,8 @@ def truth_parts(raw: Raw) -> list[PicturePart]:
     `Raw.truth`, as PARTS lists them. The clean signal of a MONO frame has the one channel Y instead of R, G, B; that of
     other filters the letters of their colours.
     Attributes of each: Software, photosite:unit; of the first also photosite:iso, :cfa, :black_level_dn, :white_level_dn
-    and :gain_dn_per_e (K of EMVA 1288: codes for each of `electrons.mean`; absent where it is not known).
+    and :gain_dn_per_e (K of EMVA 1288: codes for each of `electrons.mean`; absent where it is not known). An ISO above
+    2^31 - 1, which EXR has no whole number for, is left out.
     Raises PhotositeError when an array has another shape than the mosaic.
     """
     parts = [
@@ -58,7 +60,8 @@ def truth_parts(raw: Raw) -> list[PicturePart]:
             if name == "rgb":
                 channels = ("Y",) if raw.cfa == "MONO" else tuple(Cfa.named(raw.cfa).letters)
             parts.append(_part(raw, name, raw.truth[name], channels, unit, compression))
-    facts = {"iso": raw.iso, "cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
+    facts: dict[str, object] = {} if raw.iso > LARGEST_INT else {"iso": raw.iso}
+    facts |= {"cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
     if raw.gain_dn_per_e > 0.0:
         facts["gain_dn_per_e"] = raw.gain_dn_per_e
     attributes = parts[0].attributes | {f"photosite:{name}": value for name, value in facts.items()}

@@ -41,6 +41,15 @@ def test_a_truth_exr_has_iso_levels_and_gain(tmp_path):
     assert spec.getattribute("photosite:gain_dn_per_e") == 0.25
 
 
+@pytest.mark.parametrize(("iso", "told"), [(2**31 - 1, 2**31 - 1), (2**31, None)])
+@pytest.mark.parametrize("truth", [{}, {"depth": np.ones((96, 128), np.float32)}], ids=["own", "library"])
+def test_an_iso_that_exr_has_no_whole_number_for_is_left_out(tmp_path, iso, told, truth):
+    """Depth is compressed, so that OpenImageIO writes the file; without it the bytes are laid out here."""
+    write_twin(random_frame(iso=iso, truth=truth), tmp_path / "a.exr")
+    spec = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec()
+    assert spec.getattribute("photosite:iso") == told and spec.getattribute("photosite:cfa") == "RGGB"
+
+
 def with_truth(cfa="RGGB"):
     """A frame with random numbers in every part of the truth."""
     raw = random_frame(97, 131, cfa)

@@ -17,7 +17,8 @@ def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
         Tag.EXIF_VERSION: tiff.undefined(b"0230"),
         Tag.PHOTOGRAPHIC_SENSITIVITY: tiff.short(min(raw.iso, _LARGEST_SHORT)),
     }
-    if raw.iso > _LARGEST_SHORT:  # Exif 2.3, 4.6.5: the 16-bit tag stays at its largest value and a 32-bit one tells
+    if _LARGEST_SHORT < raw.iso <= tiff.LARGEST_LONG:
+        # Exif 2.3, 4.6.5: the 16-bit tag stays at its largest value and a 32-bit one, which SensitivityType names, tells.
         tags[Tag.SENSITIVITY_TYPE] = tiff.short(SensitivityType.RECOMMENDED_EXPOSURE_INDEX)
         tags[Tag.RECOMMENDED_EXPOSURE_INDEX] = tiff.long(raw.iso)
     numbers = {Tag.EXPOSURE_TIME: raw.exposure_time_s, Tag.F_NUMBER: raw.f_number, Tag.FOCAL_LENGTH: raw.focal_length_mm}

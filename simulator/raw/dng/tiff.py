@@ -10,7 +10,8 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.raw.dng.tags import FieldType, Tag
 
-LARGEST_FILE_BYTES = 2**32 - 1  # TIFF offsets are 32 bits wide
+LARGEST_LONG = 2**32 - 1
+LARGEST_FILE_BYTES = LARGEST_LONG  # TIFF offsets are 32 bits wide
 LEAST_RATIONAL = 1 / LARGEST_FILE_BYTES  # above 0, since a denominator has 32 bits
 INFINITE_RATIONAL = (2**32 - 1, 1)  # Exif 2.3, SubjectDistance: numerator FFFFFFFF means infinity
 UNKNOWN_RATIONAL = (0, 0)  # Exif 2.3, LensSpecification

@@ -181,6 +181,13 @@ def test_an_iso_beyond_16_bits_goes_into_the_32_bit_tag():
     assert (exif["ISOSpeedRatings"], exif["SensitivityType"], exif["RecommendedExposureIndex"]) == (65535, 2, 409600)
 
 
+def test_an_iso_beyond_32_bits_has_the_16_bit_tag_alone():
+    _, _, exif, *_ = read_tags(random_frame(iso=2**32 - 1))
+    assert (exif["ISOSpeedRatings"], exif["SensitivityType"], exif["RecommendedExposureIndex"]) == (65535, 2, 2**32 - 1)
+    _, _, exif, *_ = read_tags(random_frame(iso=2**32))
+    assert exif["ISOSpeedRatings"] == 65535 and not {"SensitivityType", "RecommendedExposureIndex"} & set(exif)
+
+
 @pytest.mark.skipif(shutil.which("exiftool") is None, reason="exiftool is not installed")
 def test_exiftool_validates_without_a_warning(tmp_path):
     frames = [random_frame(*size, cfa) for cfa in CFAS for size in SIZES]
