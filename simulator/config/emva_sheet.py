@@ -18,12 +18,14 @@ import numpy as np
 from simulator.config.document import Document, Keys, Place
 from simulator.config.emva_xml import Entry, read_xml_entries
 from simulator.config.quantity import NUMBER
+from simulator.config.response_curves import even_grid
 from simulator.errors import PhotositeError, reading, require
 
 SUFFIXES = (".csv", ".xml")
 ISO = 100  # the sheet is of one gain setting, which gets this ISO where the sheet tells none
 COLUMNS = ("quantity", "value", "unit", "wavelength")
 MOST_EFFICIENCY = 1.02  # of a sheet: noise of the measurement lifts an efficiency near 1 above it
+LONGEST_NM = 10_000.0
 FLAT_NM = (400.0, 700.0)  # a single quantum efficiency is taken over this range
 ROUNDING_DN2 = 1.0 / 12.0  # variance of the ADC's rounding, part of the noise in a raw frame (EMVA 1288, equation 8)
 COLOURS = ("red", "green", "blue")
@@ -208,8 +210,11 @@ def _response(efficiencies: dict[str, dict[float, float]], path: Path) -> tuple[
     else:
         rule = "give each with its wavelength in nm, in the column wavelength"
         require(sampled[0] > 0, "quantum efficiency", "without a wavelength", rule, file=path)
-        step = max(float(np.diff(sampled).min()), 1.0)
-        grid = np.arange(sampled[0], sampled[-1] + 0.5 * step, step)
+        longest = f"{sampled[-1]:g} nm"
+        require(sampled[-1] <= LONGEST_NM, "wavelength", longest, f"give nm, up to {LONGEST_NM:g}", file=path)
+        grid, nodes_nm = even_grid(np.array(sampled), path)
+        placed = dict(zip(sampled, nodes_nm.tolist(), strict=True))
+        curves = [{placed[nm]: efficiency for nm, efficiency in curve.items()} for curve in curves]
     table = np.stack([np.interp(grid, sorted(curve), [curve[nm] for nm in sorted(curve)]) for curve in curves], axis=1)
     peak = float(table.max())
     rule = "give shares above 0 and up to 1, or up to 100 %"

@@ -2,6 +2,9 @@
 
 import math
 from dataclasses import dataclass
+from functools import reduce
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +12,9 @@ import numpy as np
 from simulator.errors import require
 from simulator.sensor.camera.camera import SpectralResponse
 from simulator.units import Nanometres
+
+GRID_PER_NM = 100  # wavelengths of measured curves are read to a hundredth of a nanometre
+MOST_LINES = 20_000  # of a grid
 
 
 @dataclass(frozen=True)
@@ -57,6 +63,21 @@ def spectral_response(
     rule = "the largest entry is 1; the scale belongs in peak_quantum_efficiency"
     require(math.isclose(largest, 1.0, abs_tol=1e-3), "response.relative", f"largest {largest:g}", rule)
     return SpectralResponse(wavelengths.start_nm + wavelengths.step_nm * np.arange(len(table)), peak * table)
+
+
+def even_grid(nodes_nm: np.ndarray, path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return the coarsest even grid that holds all wavelengths of a file (lines,), and these as they lie on it (nodes,) [nm].
+
+    nodes_nm: two or more, ascending. Raises PhotositeError, which names the file, where two are the same to 0.01 nm, and for a
+    grid of more than MOST_LINES lines.
+    """
+    places = np.rint(nodes_nm * GRID_PER_NM).astype(int).tolist()
+    require(len(set(places)) == len(places), "wavelength", path, "names a wavelength twice; keep one line of each")
+    step = reduce(math.gcd, (after - before for before, after in pairwise(places)))
+    count = (places[-1] - places[0]) // step + 1
+    rule = f"has no even grid of less than {MOST_LINES} lines; round its wavelengths to whole nanometres"
+    require(count <= MOST_LINES, "wavelength", path, rule)
+    return (places[0] + step * np.arange(count)) / GRID_PER_NM, np.array(places) / GRID_PER_NM
 
 
 def response_text(response: SpectralResponse) -> dict[str, Any]:

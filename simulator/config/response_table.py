@@ -1,21 +1,16 @@
 """Quantum efficiency from a CSV file, as data sheets and spectrometers give it, into the form that a camera file has."""
 
 import csv
-import math
 import re
-from functools import reduce
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from simulator.config.document import Document, Place
-from simulator.config.response_curves import response_text
-from simulator.errors import PhotositeError, reading, require
+from simulator.config.response_curves import even_grid, response_text
+from simulator.errors import PhotositeError, reading
 from simulator.sensor.camera.camera import SpectralResponse
 
-_GRID_PER_NM = 100  # wavelengths are read to a hundredth of a nanometre
-_MOST_LINES = 20_000
 _HEAD = re.compile(r"(?P<name>[a-z_]+?)[_ ]*(?:[\[(]? *(?P<unit>nm|um|%|percent) *[\])]?)?")
 _NAMES = {
     **dict.fromkeys(("wavelength", "lambda", "wavelengths"), "wavelength"),
@@ -42,14 +37,8 @@ def read_response_table(path: Path) -> Document:
     nodes_nm = columns["wavelength"][order]
     curves = np.stack([columns[name][order] for name in ("red", "green", "blue", "mono") if name in columns], axis=1)
     _check(path, nodes_nm, curves)
-    places = np.rint(nodes_nm * _GRID_PER_NM).astype(int).tolist()
-    require(len(set(places)) == len(places), "wavelength", path, "names a wavelength twice; keep one line of each")
-    step = reduce(math.gcd, (after - before for before, after in pairwise(places)))
-    count = (places[-1] - places[0]) // step + 1
-    rule = f"has no even grid of less than {_MOST_LINES} lines; round its wavelengths to whole nanometres"
-    require(count <= _MOST_LINES, "wavelength", path, rule)
-    grid_nm = (places[0] + step * np.arange(count)) / _GRID_PER_NM
-    even = np.stack([np.interp(grid_nm, np.array(places) / _GRID_PER_NM, curve) for curve in curves.T], axis=1)
+    grid_nm, nodes_nm = even_grid(nodes_nm, path)
+    even = np.stack([np.interp(grid_nm, nodes_nm, curve) for curve in curves.T], axis=1)
     return Document(response_text(SpectralResponse(grid_nm, even)), {(): Place(str(path), path.parent)})
 
 

@@ -104,6 +104,48 @@ def test_quantum_efficiencies_by_wavelength_and_colour_are_curves(tmp_path):
     np.testing.assert_allclose(camera.response.quantum_efficiency, [[0.02, 0.1, 0.35], [0.4, 0.2, 0.03]], rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {465: 50, 525: 60, 630: 30},
+        {400: 20, 470: 55, 530: 62, 590: 50, 617: 45, 660: 30, 740: 12, 850: 3},
+        {465.25: 50, 525: 60, 630: 30},
+    ],
+)
+def test_a_curve_goes_through_all_wavelengths_that_a_sheet_states_and_ends_at_the_last(tmp_path, stated):
+    line = "Quantum efficiency (η),62.5,%,525 nm\n"
+    mono = "".join(f"quantum efficiency,{value},%,{nm}\n" for nm, value in stated.items())
+    response = load_camera(save(tmp_path, SHEET.replace(line, mono))).response
+    nm, efficiency = response.wavelengths_nm, response.quantum_efficiency[:, 0]
+    np.testing.assert_allclose(np.interp(list(stated), nm, efficiency), [0.01 * value for value in stated.values()], rtol=1e-9)
+    np.testing.assert_allclose([nm[0], nm[-1]], [min(stated), max(stated)], rtol=1e-12)
+
+
+def test_colours_may_be_measured_at_wavelengths_of_their_own(tmp_path):
+    line = "Quantum efficiency (η),62.5,%,525 nm\n"
+    rows = [("red", 590, 30), ("red", 634, 50), ("green", 505, 20), ("green", 547, 60), ("blue", 430, 10), ("blue", 465, 40)]
+    color = "".join(f"Quantum efficiency {name},{value},%,{nm} nm\n" for name, nm, value in rows)
+    response = load_camera(save(tmp_path, SHEET.replace(line, color))).response
+    for name, nm, value in rows:
+        curve = response.quantum_efficiency[:, ("red", "green", "blue").index(name)]
+        assert np.interp(nm, response.wavelengths_nm, curve) == pytest.approx(0.01 * value, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stated", "says"),
+    [
+        ((450.0, 450.001), "names a wavelength twice"),
+        ((450.01, 5000.0, 9999.98), "has no even grid of less than"),
+        ((450.0, 1e300), r"wavelength = 1e\+300 nm: give nm, up to 10000"),
+    ],
+)
+def test_wavelengths_that_no_grid_holds_are_one_message(tmp_path, stated, says):
+    line = "Quantum efficiency (η),62.5,%,525 nm\n"
+    mono = "".join(f"quantum efficiency,50,%,{nm}\n" for nm in stated)
+    with pytest.raises(PhotositeError, match=says):
+        load_camera(save(tmp_path, SHEET.replace(line, mono)))
+
+
 def test_an_efficiency_that_noise_has_measured_above_100_percent_is_100_percent_and_said(tmp_path):
     camera = load_camera(save(tmp_path, SHEET.replace("62.5,%", "100.03,%")))
     assert camera.response.quantum_efficiency.max() == 1.0
