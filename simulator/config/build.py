@@ -5,7 +5,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from simulator.config.document import Document, Keys, join_keys
+from simulator.config.document import Document, Keys, absolute_path, join_keys
 from simulator.config.messages import convert_validation_error
 from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
@@ -26,9 +26,12 @@ def validate(model: type[Model], document: Document) -> Model:
 
 
 def make_paths_absolute(value: Any, keys: Keys, document: Document) -> Any:
-    """Return the same value with every relative path joined to the folder of the file that names it."""
+    """Return the same value with every relative path joined to the folder of the file that names it.
+
+    Raises PhotositeError with file and line as `absolute_path` does.
+    """
     if isinstance(value, Path):
-        return (document.place(keys).folder / value.expanduser()).absolute()
+        return absolute_path(value, document.place(keys), join_keys(keys))
     if isinstance(value, Section):
         for name, field in type(value).model_fields.items():
             inner = getattr(value, name)

@@ -72,6 +72,18 @@ def join_keys(keys: Keys) -> str:
     return ".".join(map(str, keys))
 
 
+def absolute_path(path: str | Path, place: Place, key: str) -> Path:
+    """Return a path that a user wrote, from the folder of its place; `~` and `~name` are the home of a user.
+
+    Raises PhotositeError, which names key and place, for a home that is not known.
+    """
+    try:
+        return (place.folder / Path(path).expanduser()).absolute()
+    except RuntimeError:
+        rule = "begins with the home of a user who is not known here; write the whole path"
+        raise PhotositeError(rule, key=key, value=path).with_file(place.file, place.line, place.via) from None
+
+
 @counted_as("files")
 def read_document(path: str | Path) -> Document:
     """Read a YAML file.

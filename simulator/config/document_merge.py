@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from simulator.color.color_tables import CONFIGS
-from simulator.config.document import Document, Keys, Place, parse_document
+from simulator.config.document import Document, Keys, Place, absolute_path, parse_document
 from simulator.errors import PhotositeError
 
 MERGE = "merge"  # key in a table that lays it over the base's
@@ -150,7 +150,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
 
     A path is relative to the file that states it.
 
-    Raises PhotositeError with the nearest name.
+    Raises PhotositeError with the nearest name, and as `absolute_path` does.
     """
     from simulator.config.messages import suggest_nearest
 
@@ -158,7 +158,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
     if not Path(name).is_absolute() and not {".", ".."} & set(name.split("/")) and shipped.is_file():
         return shipped
     if "/" in name or name.endswith((".yaml", ".yml", ".json", ".csv", ".xml")):
-        path = (place.folder / Path(name).expanduser()).absolute()
+        path = absolute_path(name, place, key)
         if path.is_file():
             return path
         raise _problem(place, f"no file {path}; a path is relative to the file that names it", key, name)

@@ -3,12 +3,15 @@
 import re
 import shlex
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from simulator.color.color_tables import CONFIGS
+from simulator.config.document import Place, absolute_path
 from simulator.config.shot_file import Setting
 from simulator.config.yaml_dialect import dump_flow
+from simulator.errors import PhotositeError
 
 FILE = re.compile(r"[^\s:]*\.[A-Za-z][A-Za-z0-9]{1,4}")  # a text that can only be the name of a file
 
@@ -37,5 +40,6 @@ def absolute_files(value: Any, folder: Path) -> Any:
     if not isinstance(value, str) or not value or len(value) > 1000 or "\0" in value:
         return value
     if FILE.fullmatch(value) or (folder / value).is_file():
-        return str((folder / Path(value).expanduser()).absolute())
+        with suppress(PhotositeError):  # of a home that is not known, which the shot says when it is read
+            return str(absolute_path(value, Place(value, folder), "--set"))
     return value

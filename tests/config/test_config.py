@@ -91,6 +91,8 @@ def test_every_number_arrives_in_the_unit_of_its_field(folder):
         ("chart: flat_field", "chart: flat_field\n  image: a.png", 3, "holds chart and image; keep one"),
         ("camera: tiny", "camera: tony", 11, "camera = tony: no such file in configs/cameras"),
         ("camera: tiny", "camera: none/tiny.yaml", 11, "relative to the file that names it"),
+        ("camera: tiny", "camera: ~nosuchuser/a.yaml", 11, "camera = ~nosuchuser/a.yaml: begins with the home of a user who"),
+        ("chart: flat_field", "image: ~nosuchuser/a.exr", 2, "scene.image = ~nosuchuser/a.exr: begins with the home of a user"),
         ("camera: tiny", "camera: 7", 11, "camera = 7: give a section"),
         ("camera: tiny", "camera: {base: 7}", 11, "camera.base = 7"),
         ("scene:", "seeds: {frame: -1}\nscene:", 1, "seeds.frame = -1"),
@@ -106,6 +108,12 @@ def test_a_mistake_is_told_with_file_line_key_value_and_fix(folder, old, new, li
     assert text.startswith(f"{folder / 'shot.yaml'}:{line}: " if line else f"{folder / 'shot.yaml'}: ")
     assert message in text
     assert "\n" not in text
+
+
+def test_a_path_may_begin_with_the_home_of_the_user(folder, monkeypatch):
+    monkeypatch.setenv("HOME", str(folder / "home"))
+    text = SHOT.replace("chart: flat_field", "image: ~/a.exr")
+    assert load_shot(write_shot(folder, text)).scene.image == folder / "home" / "a.exr"
 
 
 @pytest.mark.parametrize(

@@ -243,6 +243,18 @@ def test_the_command_takes_the_same_shot_from_any_folder(tmp_path, monkeypatch):
         assert load_shot(shot, options[1::2]).resolved == point.shot().resolved
 
 
+def test_a_text_that_begins_with_a_home_that_is_not_known_stands_in_the_command_as_written(tmp_path):
+    """A picture in such a home is refused; the model of a lens is no file, though it looks like one."""
+    (tmp_path / "a.png").touch()
+    vary = "  - scene: {variants: {a: {scene: {image: IMAGE, luminance: 1 cd/m^2}}}}"
+    with pytest.raises(
+        PhotositeError, match=r"study.yaml:\d+: scene.image = ~nosuchuser/a.png: begins with the home of a user"
+    ):
+        load(tmp_path, vary.replace("IMAGE", "~nosuchuser/a.png"))
+    point = next(iter(load(tmp_path, vary.replace("IMAGE", "a.png"), "set: {lens.model: ~nosuchuser/a.png}\n")))
+    assert "lens.model=~nosuchuser/a.png" in point.command and str(tmp_path / "a.png") in point.command
+
+
 plain = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=20),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(min_size=1, max_size=5), inner, max_size=3),
