@@ -132,7 +132,7 @@ def inline_camera(document: Document) -> Document:
 
     Raises PhotositeError for a table that is to be merged with none.
     """
-    document = _inline_base(document, "camera", ())
+    document = _drop_covered_response(_inline_base(document, "camera", ()))
     for key, table in document.data.items() if isinstance(document.data, dict) else ():
         if is_table(table) and MERGE in table:
             rule = f"there is no {key} below to merge it with; leave it out, or name a base that has one"
@@ -161,13 +161,8 @@ def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Docume
 
 
 def _lay_over(base: Document, over: Document) -> Document:
-    """Lay a camera on its base; the sources of the base's tables go with those that `over` replaces or removes.
-
-    A file of curves replaces the base's response as a whole, whose scale and curves belong together.
-    """
-    response = over.data.get("response")
-    if isinstance(response, dict) and response.get("file") is not None and "response" in base.data:
-        base = remove_key(base, ("response",))
+    """Lay a camera on its base; the sources of the base's tables go with those that `over` replaces or removes."""
+    base = _mark_response(base)
     sources = base.data.get("source")
     for key, table in over.data.items():
         is_gone = table is None or (is_table(table) and table.get(MERGE) is not True)
@@ -177,6 +172,27 @@ def _lay_over(base: Document, over: Document) -> Document:
                 if not kept:
                     base = remove_key(base, ("source", names))
     return merge(base, over)
+
+
+def _mark_response(base: Document) -> Document:
+    """Return a base whose places say of its response that one camera more is laid over it."""
+    if "response" not in base.data:
+        return base
+    places = base.places | {("response",): base.place(("response",))}
+    marked = {keys: replace(place, below=place.below + 1) for keys, place in places.items() if keys[:1] == ("response",)}
+    return Document(base.data, places | marked)
+
+
+def _drop_covered_response(camera: Document) -> Document:
+    """Return a camera in which a file of curves replaces the base's response as a whole: scale and curves belong together."""
+    response = camera.data.get("response") if isinstance(camera.data, dict) else None
+    if not isinstance(response, dict) or response.get("file") is None:
+        return camera
+    own = camera.place(("response", "file")).below
+    for key in response:
+        if camera.place(("response", key)).below > own:
+            camera = remove_key(camera, ("response", key))
+    return camera
 
 
 def settle_typical(camera: Document) -> Document:
@@ -206,9 +222,14 @@ def settle_typical(camera: Document) -> Document:
 
 
 def inline_response(camera: Document) -> Document:
-    """Replace `response: {file: name}` by the curves in that file, with the other keys laid over them."""
+    """Replace `response: {file: name}` by the curves in that file, with the other keys laid over them.
+
+    A file that was set since the camera was read, by an override or a sweep, replaces the base's response, too.
+    Raises PhotositeError with file and line.
+    """
     if not isinstance(camera.data, dict):
         return camera
+    camera = _drop_covered_response(camera)
     if isinstance(camera.data.get("response"), str):
         rule = f"write `response: {{file: {camera.data['response']}}}`"
         raise camera.problem(("response",), rule, key="camera.response")

@@ -25,12 +25,14 @@ class Place:
     folder: folder that relative paths in the value start from.
     line: line of the file, from 1.
     via: section that sets another key to the value: `sweep`.
+    below: number of cameras that are laid over the one whose response has the value; 0 for what is no base's.
     """
 
     file: str
     folder: Path
     line: int | None = None
     via: str | None = None
+    below: int = 0
 
     @property
     def text(self) -> str:

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from helpers.damaged_files import damaged
 
-from simulator.config import load_camera
+from simulator.config import load_camera, load_shot, load_sweep
+from simulator.config.document import read_document
+from simulator.config.document_merge import parse_override
 from simulator.config.response_table import read_response_table
+from simulator.config.study_file import Study
 from simulator.errors import PhotositeError
 
 COLORS = "wavelength_nm,red,green,blue\n400,0.02,0.05,0.4\n450,0.03,0.1,0.5\n550,0.1,0.55,0.1\n700,0.4,0.1,0.02\n"
@@ -64,9 +67,51 @@ def test_a_file_replaces_curves_and_scale_of_the_base(tmp_path):
     assert load_camera(str(tmp_path / "camera.yaml")).response.quantum_efficiency.max() == pytest.approx(
         0.55, rel=1e-15
     )  # its own is 0.6
-    message = "camera.response.wavelengths: stands in qe.csv, too"
-    with pytest.raises(PhotositeError, match=message):
-        load_camera("ideal", [f"camera.response.file={tmp_path / 'qe.csv'}"])
+    own = "{file: qe.csv, wavelengths: {start: 400 nm, step: 10 nm}}"
+    (tmp_path / "camera.yaml").write_text(f"base: raspberry_pi_hq\nresponse: {own}\n", encoding="utf-8")
+    with pytest.raises(PhotositeError, match="camera.response.wavelengths: stands in qe.csv, too"):
+        load_camera(str(tmp_path / "camera.yaml"))
+
+
+SHOT = """\
+scene: {chart: flat_field, luminance: 100 cd/m^2}
+lens: {focal_length: 50 mm, f_number: f/4}
+exposure: {time: 1/100 s, iso: 100}
+camera: CAMERA
+"""
+
+
+def shots_with_file(tmp_path, camera: str, file: str, more: tuple[str, ...] = ()):
+    """The shot of a camera whose response.file is set by --set, by a sweep and by a study."""
+    (tmp_path / "shot.yaml").write_text(SHOT.replace("CAMERA", camera), encoding="utf-8")
+    yield load_shot(tmp_path / "shot.yaml", [f"camera.response.file={tmp_path / file}", *more])
+    sweep = f"sweep: {{vary: {{camera.response.file: [{file}]}}}}\n"
+    (tmp_path / "sweep.yaml").write_text(SHOT.replace("CAMERA", camera) + sweep, encoding="utf-8")
+    yield load_sweep(tmp_path / "sweep.yaml", more)[0].shot()
+    study = f"study: s\nshot: ./shot.yaml\nvary:\n  - camera.response.file: [{file}]\n"
+    (tmp_path / "study.yaml").write_text(study, encoding="utf-8")
+    settings = [parse_override(text) for text in more]
+    yield Study(read_document(tmp_path / "study.yaml"), {}, settings)[0].shot()
+
+
+@pytest.mark.parametrize("camera", ["raspberry_pi_hq", "nikon_d850", "./own.yaml", "{base: ./own.yaml, make: Nobody}"])
+def test_a_file_that_is_set_replaces_curves_and_scale_of_the_base_too(tmp_path, camera):
+    """The base has a file and a scale beside it, and own.yaml curves of its own over another base's."""
+    (tmp_path / "qe.csv").write_text(COLORS, encoding="utf-8")
+    curves = "{file: null, wavelengths: {start: 400 nm, step: 100 nm}, relative: [[1, 1, 1], [1, 1, 1]], source: none}"
+    (tmp_path / "own.yaml").write_text(f"base: nikon_d850\nresponse: {curves}\n", encoding="utf-8")
+    for shot in shots_with_file(tmp_path, camera, "qe.csv"):
+        assert shot.camera.response.quantum_efficiency.max() == pytest.approx(0.55, rel=1e-15)
+        assert not [keys for keys, _ in shot.camera.sources if keys.startswith("response")]
+
+
+def test_a_scale_of_the_shot_or_that_is_set_too_holds_beside_a_file_that_is_set(tmp_path):
+    (tmp_path / "qe.csv").write_text(COLORS, encoding="utf-8")
+    (tmp_path / "shape.csv").write_text("wavelength_nm,red,green,blue\n400,0,0,1\n700,1,1,0\n", encoding="utf-8")
+    own = "{base: nikon_d850, response: {file: shape.csv, peak_quantum_efficiency: 0.3}}"
+    for camera, more in ((own, ()), ("nikon_d850", ("camera.response.peak_quantum_efficiency=0.3",))):
+        for shot in shots_with_file(tmp_path, camera, "qe.csv", more):
+            assert shot.camera.response.quantum_efficiency.max() == pytest.approx(0.3, rel=1e-15)
 
 
 def test_a_camera_without_filters_has_one_curve(tmp_path):
