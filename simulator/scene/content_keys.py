@@ -26,7 +26,8 @@ class Itself:
 def freeze(value: object, leave_out: frozenset[str] = frozenset()) -> Hashable:
     """Return a value as a part of a key: frozen dataclasses, mappings and sequences by their content, files by their version.
 
-    A file's version is its path, size, time of change and number on its disk. Anything else is equal only to itself.
+    A file's version is its path, size, time of change and number on its disk. A dataclass counts with its `companion_files`.
+    Anything else is equal only to itself.
     leave_out: fields of the dataclass `value` that do not count. Raises OSError for a file that is not there.
     """
     if value is None or isinstance(value, str | bytes | int | float):
@@ -41,9 +42,21 @@ def freeze(value: object, leave_out: frozenset[str] = frozenset()) -> Hashable:
     if isinstance(value, Mapping):
         return tuple((name, freeze(value[name])) for name in sorted(value, key=str))
     if is_dataclass(value) and not isinstance(value, type):
-        names = (one.name for one in fields(value) if one.name not in leave_out)
-        return type(value), tuple((name, freeze(getattr(value, name))) for name in names)
+        names = [one.name for one in fields(value) if one.name not in leave_out]
+        beside = companion_files(value)
+        files = tuple((name, freeze(beside[name])) for name in names if name in beside) if beside else ()
+        return type(value), tuple((name, freeze(getattr(value, name))) for name in names), files
     return Itself(value)
+
+
+def companion_files(value: object) -> Mapping[str, tuple[Path, ...]]:
+    """Return the files that are read with those in the fields of a dataclass, by field; {} where it declares none.
+
+    It declares them by a method of this name: the data of a header, the files that a list names. Of a file that is not there
+    or cannot be read it returns none, and leaves the message to what reads it.
+    """
+    declared = getattr(value, "companion_files", None)
+    return {} if declared is None else declared()
 
 
 def is_ours(value: object) -> bool:

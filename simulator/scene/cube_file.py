@@ -1,9 +1,10 @@
 """Spectral cubes of any kind of file, as pictures whose channels are named by their wavelength."""
 
+import os
 from pathlib import Path
 
 from simulator.errors import require
-from simulator.scene.envi_file import find_envi_header, read_envi
+from simulator.scene.envi_file import find_envi_header, find_other_envi_file, read_envi
 from simulator.scene.isetcam_file import read_isetcam
 from simulator.scene.pixel_file import PixelFile, read_pixels
 
@@ -20,3 +21,15 @@ def read_cube(path: Path, key: str) -> PixelFile:
     if (header := find_envi_header(path)) is not None:
         return read_envi(header, path, key)
     return read_pixels(path, key)
+
+
+def files_beside_cube(path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Return the files that are read with a cube: the data of an ENVI header, or the header of its data."""
+    path = Path(path)
+    if path.suffix.lower() == ".mat":
+        return ()
+    try:
+        other = find_other_envi_file(path)
+    except OSError:  # the file is not there, or cannot be read
+        return ()
+    return () if other is None else (other,)

@@ -32,6 +32,12 @@ def _is_header(path: Path) -> bool:
         return file.read(16).lstrip(b"\xef\xbb\xbf").split()[:1] == [b"ENVI"]
 
 
+def find_other_envi_file(path: Path) -> Path | None:
+    """Return the data of a cube whose header a path is, or its header where it is the data; None where there is none."""
+    header = find_envi_header(path)
+    return _data_beside(path) if header == path else header
+
+
 @counted_as("files")
 def read_envi(header: Path, path: Path, key: str) -> PixelFile:
     """Read a cube as (height, width, bands), bands named by wavelength where the header tells it.
@@ -77,13 +83,20 @@ def _numbers(fields: dict[str, str], name: str, header: Path, key: str) -> list[
 def _find_data(header: Path, path: Path, key: str) -> Path:
     if path != header:
         return path
-    stem = header.with_suffix("")
-    tried = [stem.with_name(f"{stem.name}{suffix}") for suffix in DATA_SUFFIXES]
-    found = next((data for data in tried if data.is_file()), None)
+    found = _data_beside(header)
     if found is None:
-        names = ", ".join(data.name for data in tried[:4])
+        names = ", ".join(data.name for data in _data_names(header)[:4])
         raise PhotositeError(f"is a header without data; put them beside it as one of {names}", key=key, value=header)
     return found
+
+
+def _data_beside(header: Path) -> Path | None:
+    return next((data for data in _data_names(header) if data.is_file()), None)
+
+
+def _data_names(header: Path) -> list[Path]:
+    stem = header.with_suffix("")
+    return [stem.with_name(f"{stem.name}{suffix}") for suffix in DATA_SUFFIXES]
 
 
 def _read_data(data: Path, fields: dict[str, str], shape: tuple[int, ...], header: Path, key: str) -> np.ndarray:

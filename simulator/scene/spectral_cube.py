@@ -10,7 +10,7 @@ import numpy as np
 from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError, require
 from simulator.scene.checks import check_field_of_view, check_luminance
-from simulator.scene.cube_file import read_cube
+from simulator.scene.cube_file import files_beside_cube, read_cube
 from simulator.scene.depth import Depth, check_depth, load_depth
 from simulator.scene.occluded_background import Hidden
 from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for
@@ -53,6 +53,10 @@ class SpectralCubeScene:
         check_illuminant(self.illuminant, "scene.illuminant")
         check_depth(self.depth_m, self.field_of_view_deg)
         check_field_of_view(self.field_of_view_deg)
+
+    def companion_files(self) -> dict[str, tuple[Path, ...]]:
+        """Return the other file of an ENVI cube, see `content_keys.companion_files`."""
+        return {"spectral_cube": files_beside_cube(self.spectral_cube)}
 
     def load(self) -> Scene:
         """Read the cube.

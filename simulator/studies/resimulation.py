@@ -5,7 +5,7 @@ from pathlib import Path
 
 from simulator.config import build_shot_from_data
 from simulator.errors import PhotositeError
-from simulator.pipeline.input_files import sha256_of
+from simulator.pipeline.input_files import files_of_parts, sha256_of
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
@@ -28,7 +28,8 @@ def resimulate(
 ) -> Raw:
     """Take the shot of one of our DNG files again, from the file alone; the codes are the same, bit for bit.
 
-    Files the scene was read from are looked for where they were, then beside the DNG.
+    Files the scene was read from are looked for where they were, then beside the DNG; those that such a file leads to, such as
+    the data of an ENVI header, beside it.
     device, progress, cache: as `simulator.simulate` takes them.
     Raises PhotositeError for a file that is not ours, or whose scene is missing or has other content than it had.
     """
@@ -38,9 +39,20 @@ def resimulate(
 def shot_of(path: str | os.PathLike[str]) -> Shot:
     """Return the shot in a DNG's XMP packet. Raises PhotositeError as `resimulate` does."""
     provenance = provenance_of(path)
-    found = [(recorded, str(_find_input(path, recorded))) for recorded in provenance.inputs]
-    moved = {recorded["key"]: place for recorded, place in found if place != recorded["path"]}
-    return build_shot_from_data(provenance.shot, f"{path} (XMP)", moved)
+    named: dict[str, dict[str, str]] = {}
+    led_to: dict[str, list[dict[str, str]]] = {}
+    for recorded in provenance.inputs:
+        if named.setdefault(recorded["key"], recorded) is not recorded:
+            led_to.setdefault(recorded["key"], []).append(recorded)
+    there = {key: _find_input(path, recorded) for key, recorded in named.items()}
+    faults = []
+    for places in ({key: found[end] for key, found in there.items()} for end in (0, -1)):
+        moved = {key: str(place) for key, place in places.items() if str(place) != named[key]["path"]}
+        shot = build_shot_from_data(provenance.shot, f"{path} (XMP)", moved)
+        if (fault := _find_fault(path, shot, led_to)) is None:
+            return shot
+        faults.append(fault)
+    raise faults[0]
 
 
 def provenance_of(path: str | os.PathLike[str]) -> Provenance:
@@ -71,25 +83,55 @@ def differing_codes(path: str | os.PathLike[str], raw: Raw) -> int:
     return max(mosaic.size, raw.dn.size) if mosaic.shape != raw.dn.shape else int((mosaic != raw.dn).sum())
 
 
-def _find_input(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
-    """Return the path of a scene file whose SHA-256 is the recorded one: where it was, or beside the DNG."""
+def _find_input(dng: str | os.PathLike[str], recorded: dict[str, str]) -> list[Path]:
+    """Return the paths of a file that the shot names and whose SHA-256 is the recorded one: where it was, beside the DNG.
+
+    Raises PhotositeError where there is none.
+    """
     written = Path(recorded["path"])
-    beside = Path(dng).absolute().parent / written.name
-    there = [place for place in dict.fromkeys((written, beside)) if place.is_file()]
+    there = [place for place in dict.fromkeys((written, _beside(dng, written))) if place.is_file()]
     if not there:
-        raise PhotositeError(
-            f"no such file, nor {beside}; put the file back, or beside the DNG", file=dng, key=recorded["key"], value=written
-        )
-    for place in there:
-        if _hash_file(dng, recorded["key"], place) == recorded["sha256"]:
-            return place
-    raise PhotositeError(
-        "its content is not what it was when the frame was taken "
-        f"(SHA-256 {recorded['sha256'][:12]}…, now {sha256_of(there[0])[:12]}…); put the old file back, or beside the DNG",
-        file=dng,
-        key=recorded["key"],
-        value=there[0],
+        raise _missing(dng, recorded, f", nor {_beside(dng, written)}", "beside the DNG")
+    same = [place for place in there if _hash_file(dng, recorded["key"], place) == recorded["sha256"]]
+    if not same:
+        raise _changed(dng, recorded, there[0], "beside the DNG")
+    return same
+
+
+def _find_fault(dng: str | os.PathLike[str], shot: Shot, led_to: dict[str, list[dict[str, str]]]) -> PhotositeError | None:
+    """Return the fault of the first file that is missing or has other content, of those that the named files lead to.
+
+    led_to: such files as recorded, by key; older DNG files have none.
+    """
+    found: dict[str, list[Path]] = {}
+    for keys, place in files_of_parts(shot.scene, shot.lens, shot.motion) if led_to else ():
+        found.setdefault(".".join(keys), []).append(place)
+    for key, files in led_to.items():
+        named, *places = found.get(key, [Path(key)])
+        fix = f"with {named.name} beside the DNG"
+        for index, recorded in enumerate(files):
+            if index >= len(places) or not places[index].is_file():
+                return _missing(dng, recorded, "", fix)
+            if _hash_file(dng, key, places[index]) != recorded["sha256"]:
+                return _changed(dng, recorded, places[index], fix)
+    return None
+
+
+def _beside(dng: str | os.PathLike[str], written: Path) -> Path:
+    return Path(dng).absolute().parent / written.name
+
+
+def _missing(dng: str | os.PathLike[str], recorded: dict[str, str], elsewhere: str, fix: str) -> PhotositeError:
+    rule = f"no such file{elsewhere}; put the file back, or {fix}"
+    return PhotositeError(rule, file=dng, key=recorded["key"], value=recorded["path"])
+
+
+def _changed(dng: str | os.PathLike[str], recorded: dict[str, str], place: Path, fix: str) -> PhotositeError:
+    was, now = recorded["sha256"][:12], sha256_of(place)[:12]
+    rule = (
+        f"its content is not what it was when the frame was taken (SHA-256 {was}…, now {now}…); put the old file back, or {fix}"
     )
+    return PhotositeError(rule, file=dng, key=recorded["key"], value=place)
 
 
 def _hash_file(dng: str | os.PathLike[str], key: str, place: Path) -> str:

@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.linked_files import put_kernel, put_shot
 from helpers.scene_builders import band_scene
 
+from simulator.config import load_shot
 from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.flash import Flash
@@ -76,6 +78,16 @@ def arrays(raw: Raw) -> list[np.ndarray]:
 
 def are_same(one: Raw, other: Raw) -> bool:
     return all(np.array_equal(a, b) for a, b in zip(arrays(one), arrays(other), strict=True))
+
+
+def test_another_kernel_in_a_list_gives_another_light(tmp_path):
+    shot, cache = load_shot(put_shot(tmp_path)), LightCache()
+    first = simulate(shot, cache=cache)
+    assert are_same(simulate(shot, cache=cache), first) and cache.reused
+    put_kernel(tmp_path, "green", 5)
+    second = simulate(shot, cache=cache)
+    assert second.mean_electrons.std() < 0.9 * first.mean_electrons.std()
+    assert are_same(simulate(shot, cache=LightCache()), second)
 
 
 def key_and_light(shot: Shot) -> tuple[object, np.ndarray]:

@@ -9,6 +9,7 @@ import subprocess
 import numpy as np
 import pytest
 import rawpy
+from helpers.linked_files import FILES, put_cube, put_kernel, put_shot
 from helpers.raw_frame import random_frame
 
 import simulator
@@ -132,6 +133,69 @@ def test_a_scene_with_other_content_is_named_and_the_old_one_beside_the_dng_is_t
         simulator.resimulate(dng)
     (dng.parent / "scene.npy").write_bytes(old)
     np.testing.assert_array_equal(simulator.resimulate(dng).dn, codes(dng))
+
+
+@pytest.fixture
+def linked_dng(tmp_path):
+    """A DNG whose scene and lens are read from several files, of which its shot names one each, and their folder."""
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    files = simulator.save(simulator.simulate(simulator.load_shot(put_shot(folder))), tmp_path / "out")
+    return files.dng, folder
+
+
+def spoil_cube(folder):
+    put_cube(folder, 0.03)
+    return folder / "cube.img"
+
+
+def spoil_kernel(folder):
+    put_kernel(folder, "rest", 5)
+    return folder / "kernels" / "rest.npy"
+
+
+def remove_data(folder):
+    (folder / "cube.img").unlink()
+    return folder / "cube.img"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "key", "says"),
+    [
+        (spoil_cube, "scene.spectral_cube", r"its content is not what it was .*or with cube\.hdr beside the DNG"),
+        (spoil_kernel, "lens.psf", r"its content is not what it was .*or with psf\.csv beside the DNG"),
+        (remove_data, "scene.spectral_cube", r"no such file; put the file back, or with cube\.hdr beside the DNG"),
+    ],
+)
+def test_a_file_that_another_leads_to_is_named_and_the_old_ones_beside_the_dng_are_taken(linked_dng, spoil, key, says):
+    dng, folder = linked_dng
+    np.testing.assert_array_equal(simulator.resimulate(dng).dn, codes(dng))
+    for name in FILES:
+        (dng.parent / "old" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(folder / name, dng.parent / "old" / name)
+    spoilt = spoil(folder)
+    with pytest.raises(PhotositeError, match=says) as caught:
+        simulator.resimulate(dng)
+    assert (caught.value.key, str(caught.value.value), caught.value.file) == (key, str(spoilt), dng)
+    shutil.copytree(dng.parent / "old", dng.parent, dirs_exist_ok=True)
+    np.testing.assert_array_equal(simulator.resimulate(dng).dn, codes(dng))
+
+
+def test_files_that_moved_together_are_found_beside_the_dng(linked_dng):
+    dng, folder = linked_dng
+    shutil.copytree(folder, dng.parent, dirs_exist_ok=True)
+    shutil.rmtree(folder)
+    np.testing.assert_array_equal(simulator.resimulate(dng).dn, codes(dng))
+
+
+def test_a_dng_that_tells_only_the_files_that_its_shot_names_gives_its_frame(linked_dng, tmp_path):
+    """As 0.1.0 wrote them."""
+    dng, folder = linked_dng
+    raw = simulator.simulate(simulator.load_shot(folder / "linked.yaml"))
+    old = [one for one in raw.resolved["inputs"] if one["path"].endswith(("cube.hdr", "psf.csv"))]
+    write_dng(simulator.Raw(**{**vars(raw), "resolved": raw.resolved | {"inputs": old}}), tmp_path / "old.dng")
+    assert len(read_provenance(tmp_path / "old.dng").inputs) == 2 < len(read_provenance(dng).inputs)
+    np.testing.assert_array_equal(simulator.resimulate(tmp_path / "old.dng").dn, codes(dng))
 
 
 @pytest.mark.skipif(shutil.which("exiftool") is None, reason="exiftool is not installed")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.linked_files import put_cube
 from helpers.picture_files import put
 
 from simulator.config import load_shot
@@ -12,6 +13,7 @@ from simulator.pipeline.planner import plan
 from simulator.pipeline.scene_loading import load_scene
 from simulator.scene.image import ImageScene
 from simulator.scene.scene import Scene
+from simulator.scene.spectral_cube import SpectralCubeScene
 
 
 @pytest.fixture
@@ -26,6 +28,20 @@ def test_a_picture_is_read_once_while_its_file_is_the_same(picture):
     put(picture, np.full((7, 8, 3), 0.5, np.float32))
     again = load_scene(source)
     assert again.planes.shape[0] == 7 and load_scene(replace(source, luminance_cd_m2=50.0)) is not again
+
+
+@pytest.mark.parametrize("named", ["cube.hdr", "cube.img"])
+def test_a_cube_is_read_again_when_its_other_file_has_changed(tmp_path, named):
+    put_cube(tmp_path, 0.01)
+    source = SpectralCubeScene(tmp_path / named)
+    scene = load_scene(source)
+    assert load_scene(source) is scene
+    header = tmp_path / "cube.hdr"
+    if named == "cube.img":
+        header.write_text(header.read_text() + "data gain values = {3, 3, 3, 3, 3}\n")
+    else:
+        put_cube(tmp_path, 0.03)
+    np.testing.assert_allclose(load_scene(source).planes, 3 * scene.planes, rtol=1e-6)
 
 
 def test_a_scene_that_is_kept_cannot_be_written_to(picture):

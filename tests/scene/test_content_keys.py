@@ -62,6 +62,30 @@ def test_a_file_is_another_when_it_was_written_again(tmp_path):
         freeze(path)
 
 
+@dataclass(frozen=True)
+class Listing:
+    """A list of files, which declares them."""
+
+    file: Path
+    number: int = 1
+
+    def companion_files(self):
+        """All files beside the list."""
+        return {"file": tuple(sorted(self.file.parent.glob("*.bin")))}
+
+
+def test_the_files_that_a_file_leads_to_count_with_it(tmp_path):
+    for name in ("list.csv", "a.bin"):
+        (tmp_path / name).write_bytes(b"one")
+    listing = Listing(tmp_path / "list.csv")
+    first, without = freeze(listing), freeze(listing, frozenset({"file"}))
+    assert freeze(Listing(tmp_path / "list.csv")) == first
+    (tmp_path / "a.bin").write_bytes(b"three")
+    second = freeze(listing)
+    (tmp_path / "b.bin").write_bytes(b"one")
+    assert len({first, second, freeze(listing)}) == 3 and freeze(listing, frozenset({"file"})) == without
+
+
 def test_what_cannot_be_compared_is_equal_to_itself_alone():
     large, same = np.zeros(LARGEST_COMPARED + 1, np.uint8), object()
     assert freeze(large) == freeze(large) and freeze(large) != freeze(large.copy())

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from helpers.linked_files import put_cube, put_kernel, put_shot
 from helpers.small_study import SHOT, STUDY, content, small_study, write_study
 
 from simulator.config import load_shot
@@ -110,6 +111,27 @@ def test_a_point_is_stale_when_the_content_of_its_picture_changes_and_not_when_i
     assert run_study(small_study(tmp_path, text, shot.replace("a.exr", "b.exr")), tmp_path / "out").taken == 0
     write_image(tmp_path / "b.exr", np.full((48, 64, 3), 0.25, np.float32))
     assert run_study(small_study(tmp_path, text, shot.replace("a.exr", "b.exr")), tmp_path / "out").taken == 1
+
+
+def test_a_point_is_stale_when_a_file_changes_that_an_input_file_leads_to(tmp_path):
+    put_shot(tmp_path)
+    (tmp_path / "study.yaml").write_text("""\
+study: linked
+shot: ./linked.yaml
+vary: [{exposure.iso: [100]}]
+measure: {grey: {patch: {area: [0, 0, 24, 32]}}}
+""")
+
+    def taken() -> tuple[int, float]:
+        ran = run_study(tmp_path / "study.yaml", tmp_path / "out")
+        return ran.taken, load(tmp_path / "out").rows[0]["grey.mean_dn"]
+
+    (first, dark), again = taken(), taken()
+    put_cube(tmp_path, 0.03)
+    second, bright = taken()
+    put_kernel(tmp_path, "rest", 5)
+    assert (first, again, second, taken()[0], taken()[0]) == (1, (0, dark), 1, 1, 0)
+    assert bright > 2 * dark
 
 
 def test_a_point_is_stale_when_a_function_of_ones_own_changes(tmp_path, monkeypatch):

@@ -18,6 +18,7 @@ from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.falloff import Falloff
 from simulator.optics.lens.nd_filter import NeutralDensity, filter_transmittance
 from simulator.optics.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
+from simulator.optics.lens.psf_list import listed_files
 from simulator.optics.lens.relative_illumination import check_veiling_glare
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.pupil.pupil import Aperture, Pupil
@@ -97,6 +98,10 @@ class ThinLens(Perspective):
         self._check_t_stop()
         self._check_psf()
         _ = self.pupil  # raises for stops that do not fit
+
+    def companion_files(self) -> dict[str, tuple[Path, ...]]:
+        """Return the files that a list of PSF files names, see `content_keys.companion_files`."""
+        return {} if self.psf is None else {"psf": listed_files(self.psf)}
 
     def _check_psf(self) -> None:
         rule = "a PSF holds the diffraction and the aberrations of its lens; leave lens.{} out"

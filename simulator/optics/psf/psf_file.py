@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError, reading, require
+from simulator.optics.lens.psf_list import DAMAGED, decode_text
 from simulator.optics.psf.fraunhofer import odd
 from simulator.optics.psf.psf_listing import read_listing
 from simulator.optics.psf.psf_table import PsfTable
@@ -33,7 +34,7 @@ def read_psf(path: str | os.PathLike[str], pitch_um: float) -> PsfTable:
     reader = readers.get(Path(label).suffix.lower())
     if reader is None:
         raise PhotositeError("no known kind of PSF file; give .npz, .npy, .txt or .csv", file=label)
-    with reading(label, "it is damaged or no PSF: write it again"):
+    with reading(label, DAMAGED):
         return reader(label, pitch_um)
 
 
@@ -63,7 +64,7 @@ def _numbers(array: np.ndarray, label: str) -> np.ndarray:
 
 
 def _read_text(label: str, pitch_um: float) -> PsfTable:
-    text = _decoded(Path(label).read_bytes())
+    text = decode_text(Path(label).read_bytes())
     spacing = re.search(r"Data spacing is\s+([0-9.eE+-]+)", text)
     if spacing is None:
         raise PhotositeError("says no distance between its points; add a line such as `Data spacing is 0.250 um`", file=label)
@@ -89,12 +90,7 @@ def _read_csv(label: str, pitch_um: float) -> PsfTable:
         require(Path(name).suffix.lower() in (".txt", ".npy"), "file", Path(name).name or "nothing", rule, file=label)
         return read_psf(name, pitch_um)
 
-    return read_listing(Path(label), _decoded(Path(label).read_bytes()), pitch_um, read_one)
-
-
-def _decoded(data: bytes) -> str:
-    """Text of a file in UTF-8 or, with a byte order mark, UTF-16; invalid bytes are replaced."""
-    return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8", "replace")
+    return read_listing(Path(label), pitch_um, read_one)
 
 
 def _grid(text: str, label: str) -> np.ndarray:

@@ -1,7 +1,5 @@
 """Lists of point spread functions: a CSV file with one line for each kernel over blur radius, field and colour."""
 
-import csv
-import io
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError, require
+from simulator.optics.lens.psf_list import listed_file, read_lines
 from simulator.optics.psf.psf_table import PsfTable
 
 COLUMNS = ("file", "field", "outwards", "blur_radius_px", "channel")
@@ -28,25 +27,22 @@ class _Line:
     cells: int
 
 
-def read_listing(path: Path, text: str, pitch_um: float, read: Callable[[str, float], PsfTable]) -> PsfTable:
+def read_listing(path: Path, pitch_um: float, read: Callable[[str, float], PsfTable]) -> PsfTable:
     """Return the table of a list's kernels.
 
-    text: of the CSV. Columns: `file`, relative to the list; `field`, share of the half diagonal; `outwards`, where the centre
+    path: of the CSV. Columns: `file`, relative to the list; `field`, share of the half diagonal; `outwards`, where the centre
     of the picture is not, seen from the image point, in the grid as printed (right, left, up or down; needed off the axis);
     `blur_radius_px`, signed; `channel`, red, green, blue or nothing for all. Those left out are 0 and all.
     read: reads a file of one kernel. Raises PhotositeError for a list in which a combination is missing or there twice.
     """
     label = str(path)
-    rows = list(csv.reader(io.StringIO(text)))
-    header = [name.strip() for name in rows[0]] if rows else []
+    header, rows = read_lines(path)
     strange = [name for name in header if name not in COLUMNS]
     rule = f"give the columns {', '.join(COLUMNS)}, of which file is needed"
     require("file" in header and not strange, "columns", ", ".join(header) or "none", rule, file=label)
     lines: dict[tuple[float, float, str], _Line] = {}
-    for number, row in enumerate(rows[1:], 2):
-        if not any(word.strip() for word in row):
-            continue
-        line = _read_line(dict(zip(header, map(str.strip, row), strict=False)), path, number, pitch_um, read)
+    for number, row in rows:
+        line = _read_line(row, path, number, pitch_um, read)
         key = (line.blur_radius_px, line.field, line.channel)
         require(key not in lines, "line", number, "has the blur radius, field and channel of another line", file=label)
         lines[key] = line
@@ -68,7 +64,7 @@ def _read_line(row: dict[str, str], path: Path, number: int, pitch_um: float, re
         outwards in QUARTERS or field == 0 and not outwards, "outwards", outwards or "nothing", wanted, file=label, part=part
     )
     try:
-        table = read(str(path.parent / row.get("file", "")), pitch_um)
+        table = read(str(listed_file(path, row)), pitch_um)
     except PhotositeError as error:
         raise error.inside(f"{label}: {part}") from None
     single = table.kernels.shape[:3] == (1, 1, 1)
