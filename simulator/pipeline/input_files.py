@@ -12,13 +12,8 @@ from simulator.scene.content_keys import companion_files, freeze
 from simulator.units import key_of
 
 
-def input_files(value: object) -> list[Path]:
-    """Return the files that a frozen dataclass, such as a scene or a lens, is read from, at any depth."""
-    return [path for _, path in named_files(value, ())]
-
-
 def named_files(value: object, keys: tuple[str, ...]) -> list[tuple[tuple[str, ...], Path]]:
-    """Return the files that a frozen dataclass is read from, each with its keys in the shot file.
+    """Return the files that a frozen dataclass, such as a scene or a lens, is read from, each with its keys in the shot file.
 
     Files that a file leads to, such as the kernels of a list, follow it and have its keys.
     """

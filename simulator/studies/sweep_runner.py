@@ -1,16 +1,18 @@
 """Run the points of a sweep, skip those whose files are up to date, and write the manifest."""
 
 import csv
+import json
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from simulator import __version__
 from simulator.atomic_files import atomic_write, remove_abandoned
 from simulator.config import Sweep, SweepPoint, dump_yaml
-from simulator.errors import PhotositeError
-from simulator.pipeline.input_files import input_files
+from simulator.errors import PhotositeError, reading
+from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
 from simulator.progress import Progress, Steps, silent
@@ -60,8 +62,9 @@ def run_sweep(
     """Run all points into `directory`, those that share their light one after the other; returns the rows of manifest.csv.
 
     The rows have the order of the sweep.
-    take: simulates one shot and saves it; give it a cache, such as partial(take, cache=LightCache()), of which each worker
-        process gets one of its own. map: like the built-in; an executor's map spreads points over processes.
+    take: simulates one shot and saves it, as `simulator.save` does; give it a cache, such as partial(take, cache=LightCache()),
+        of which each worker process gets one of its own.
+    map: like the built-in; an executor's map spreads points over processes.
     redo: run also points whose files are up to date. report: called with each row as it is done.
     truth: True: a point is done only when its truth twin stands; False: `take` leaves it out; None: nobody looks.
     progress: called with the name of each point and the share done.
@@ -89,7 +92,7 @@ def run_sweep(
 def run_point(
     point: SweepPoint, directory: Path, take: Callable[[Shot, Path], object], redo: bool = False, truth: bool | None = None
 ) -> Row:
-    """Run one point unless its files exist and were made from the same configuration and input files.
+    """Run one point unless its files exist and this version made them from the same configuration and input files.
 
     truth: as of `run_sweep`.
     """
@@ -99,7 +102,8 @@ def run_point(
         shot = point.shot()
         settings, sidecar = directory / f"{point.name}.yaml", directory / files["sidecar"]
         text = dump_yaml(shot.resolved)
-        has_all = truth is not True or (directory / files["truth"]).exists()
+        wanted = ("dng", "truth") if truth is True else ("dng",)
+        has_all = all((directory / files[kind]).is_file() for kind in wanted)
         if not redo and has_all and _is_up_to_date(text, settings, sidecar, shot):
             status = SKIPPED
         else:
@@ -121,13 +125,21 @@ def run_point(
 
 
 def _is_up_to_date(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
-    """Return whether a complete set of files with these settings exists and is newer than all its input files."""
+    """Return whether this version made a complete set of files with these settings from this content of all input files."""
     try:
-        made = sidecar.stat().st_mtime_ns
         if settings.read_text(encoding="utf-8") != text:
             return False
-        return all(file.stat().st_mtime_ns <= made for file in input_files((shot.scene, shot.lens, shot.motion)))
-    except (OSError, UnicodeDecodeError):
+        with reading(sidecar, "take the point again"):
+            made = json.loads(sidecar.read_text(encoding="utf-8"))
+        is_ours = made["versions"]["photosite"] == __version__
+        return is_ours and made["inputs"] == fingerprints(shot.scene, shot.lens, shot.motion)
+    except (
+        OSError,
+        UnicodeDecodeError,
+        PhotositeError,
+        KeyError,
+        TypeError,
+    ):  # a file is missing, cut short, or of another program
         return False
 
 

@@ -2,17 +2,23 @@
 
 import csv
 import itertools
+import json
+import os
+import shutil
 import tracemalloc
 from functools import partial
 
 import pytest
 import yaml
+from helpers.linked_files import put_kernel, put_shot
 
+from simulator import __version__
 from simulator.config import load_sweep
 from simulator.config.shot_file import load_document
 from simulator.config.sweep import Sweep
 from simulator.errors import PhotositeError
 from simulator.exposure.later_exposures import later_exposures
+from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.light_cache import LightCache
 from simulator.studies.sweep_runner import SKIPPED, run_sweep, take
 
@@ -179,16 +185,18 @@ def test_a_setting_that_one_of_the_cameras_refuses_is_told(tmp_path):
 
 
 class Shutter:
-    """Stands in for simulation and saving: counts, and writes the sidecar last as the real one does."""
+    """Stands in for simulation and saving: counts, and writes a DNG and the sidecar last as the real one does."""
 
-    def __init__(self, fail=()):
-        self.taken, self.fail = [], fail
+    def __init__(self, fail=(), version=__version__):
+        self.taken, self.fail, self.version = [], fail, version
 
     def __call__(self, shot, directory):
         self.taken.append(shot.name)
         if shot.name in self.fail:
             raise PhotositeError("the disk is full")
-        (directory / f"{shot.name}.json").write_text("{}")
+        (directory / f"{shot.name}.dng").touch()
+        told = {"versions": {"photosite": self.version}, "inputs": fingerprints(shot.scene, shot.lens, shot.motion)}
+        (directory / f"{shot.name}.json").write_text(json.dumps(told))
 
 
 def manifest(folder) -> list[dict]:
@@ -225,19 +233,57 @@ def test_a_point_without_its_truth_is_redone_when_the_truth_is_wanted(tmp_path):
         assert (row["status"], row["truth"]) == (status, "s_0000.truth.exr" if truth else "")
 
 
-def test_a_point_is_redone_when_its_picture_is_newer(tmp_path):
-    picture, out = tmp_path / "a.png", tmp_path / "out"
-    picture.touch()
-    text = SHOT.replace("chart: flat_field", "image: a.png")
-    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100]}}, text), out, take=Shutter())
-    still, changed = Shutter(), Shutter()
-    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100]}}, text), out, take=still)
-    later = (out / "s_0000.json").stat().st_mtime + 10
-    import os
+def statuses(sweep: Sweep, out) -> list[str]:
+    """Status of each point of a sweep that is run again; "taken" for one that was."""
+    return [{"done": "taken"}.get(row.status, row.status) for row in run_sweep(sweep, out, take=Shutter())]
 
-    os.utime(picture, (later, later))
-    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100]}}, text), out, take=changed)
-    assert (still.taken, changed.taken) == ([], ["s_0000"])
+
+def test_a_point_is_redone_when_the_content_of_its_picture_changes_whatever_the_times(tmp_path):
+    picture, other, out = tmp_path / "a.png", tmp_path / "b.png", tmp_path / "out"
+    picture.write_bytes(b"one")
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}, SHOT.replace("chart: flat_field", "image: a.png"))
+    assert statuses(sweep, out) == ["taken", "taken"]
+    later = (out / "s_0000.json").stat().st_mtime + 10
+    os.utime(picture, (later, later))  # touched
+    assert statuses(sweep, out) == [SKIPPED, SKIPPED]
+    other.write_bytes(b"two")
+    os.utime(other, (1e9, 1e9))
+    shutil.copy2(other, picture)  # cp -p of an older picture
+    assert statuses(sweep, out) == ["taken", "taken"] and statuses(sweep, out) == [SKIPPED, SKIPPED]
+
+
+def test_a_point_is_redone_when_a_file_changes_that_an_input_file_leads_to(tmp_path):
+    put_shot(tmp_path)
+    path = tmp_path / "linked.yaml"
+    path.write_text(path.read_text() + "sweep: {vary: {exposure.iso: [100]}}\n")
+    out = tmp_path / "out"
+    assert [statuses(load_sweep(path), out) for _ in range(2)] == [["taken"], [SKIPPED]]
+    put_kernel(tmp_path, "green", 5)
+    assert [statuses(load_sweep(path), out) for _ in range(2)] == [["taken"], [SKIPPED]]
+
+
+@pytest.mark.parametrize("text", [None, "", "[]", '{"versions": {}}', '{"inputs": []}'])
+def test_a_point_is_redone_when_its_dng_is_gone_or_its_sidecar_tells_nothing(tmp_path, text):
+    sweep, out = load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}), tmp_path / "out"
+    run_sweep(sweep, out, take=Shutter())
+    if text is None:
+        (out / "s_0000.dng").unlink()
+    else:
+        (out / "s_0000.json").write_text(text)
+    assert statuses(sweep, out) == ["taken", SKIPPED] and (out / "s_0000.dng").exists()
+
+
+def test_a_point_of_another_version_is_redone(tmp_path):
+    sweep, out = load(tmp_path, {"vary": {"exposure.iso": [100]}}), tmp_path / "out"
+    run_sweep(sweep, out, take=Shutter(version="0.0.1"))
+    assert statuses(sweep, out) == ["taken"] and statuses(sweep, out) == [SKIPPED]
+
+
+def test_what_a_simulation_saves_is_up_to_date(tmp_path):
+    path = put_shot(tmp_path)
+    path.write_text(path.read_text() + "sweep: {vary: {exposure.iso: [100]}}\n")
+    found = [run_sweep(load_sweep(path), tmp_path / "out", truth=True)[0].status for _ in range(2)]
+    assert found == ["done", SKIPPED]
 
 
 def test_a_failed_point_is_a_row_and_leaves_no_sidecar(tmp_path):
