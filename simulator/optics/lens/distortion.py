@@ -123,8 +123,10 @@ class Warp:
 
         left, top, right, bottom: centres of the part's outermost pixels [photosites]. WarpRectilinear's unit is the distance
         from the optical axis to the farthest corner, and the centre is relative to the part's sides. None when the axis lies
-        outside the part, which DNG forbids.
+        outside the part, which DNG forbids, and for a part of one row or column, which has no such place.
         """
+        if right <= left or bottom <= top:
+            return None
         centre = (self.centre_x_px - left) / (right - left), (self.centre_y_px - top) / (bottom - top)
         if not all(0.0 <= share <= 1.0 for share in centre):
             return None

@@ -249,3 +249,13 @@ def test_samples_are_numbers_where_the_polynomial_folds():
     planes, sampled = device.upload(np.ones((1, 172, 128), np.float32)), device.empty(layout.shape(1), np.float32)
     project_planes(device, projection, planes, 1, sampled, 0, layout, (-160, -132))
     assert np.isfinite(device.download(sampled, layout.shape(1), np.float32)).all()
+
+
+@pytest.mark.parametrize("size", [(24, 1), (1, 16)])
+def test_a_frame_of_one_row_or_column_has_no_opcode(size):
+    shot = Shot(
+        band_scene(np.ones((16, 24))), lens(Distortion(k1=-0.1, unit="half_diagonal")), Exposure(0.01), small_camera(24, 16)
+    )
+    camera = dataclasses.replace(shot.camera, window=Window(0, 0, *size))
+    raw = simulate(dataclasses.replace(shot, camera=camera))
+    assert raw.dn.shape == size[::-1] and raw.warp_rectilinear is None and np.isfinite(raw.mean_electrons).all()
