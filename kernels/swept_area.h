@@ -15,6 +15,7 @@ INLINE float share_of(const float low, const float side) {
     return (share > 0.0f ? share : 0.0f) + bend;
 }
 
+#if TAPS
 // Blend the rows of the scene under a span into one, (BUFFER), from the column of `path` on.
 INLINE void blend_rows(global const float *plane, const struct path path, const struct projection p, float *blended) {
     const uint inside = path.column >= 0 && path.column + BUFFER <= (int)p.scene_width;
@@ -32,7 +33,7 @@ INLINE void blend_rows(global const float *plane, const struct path path, const 
     }
 }
 
-// Read the photosites of a span along its blended row: value (SPAN).
+// Read the photosites of a span, each over its square: value (SPAN).
 INLINE void read_areas(global const float *plane, const struct path path, const struct projection p, float *value) {
     float blended[BUFFER];
     blend_rows(plane, path, p, blended);
@@ -40,22 +41,27 @@ INLINE void read_areas(global const float *plane, const struct path path, const 
     LANES
     for (uint i = 0; i < SPAN; i++) {
         const struct place at = across_at(path, (int)(STEP * i), p);
-#if TAPS
         const int first = at.pixel < BUFFER - READS ? at.pixel : BUFFER - READS;
         float sum = 0.0f;
         __attribute__((opencl_unroll_hint(READS)))
         for (int n = 0; n < READS; n++) sum += share_of(at.past - (float)n, side) * blended[first + n];
         value[i] = sum * (1.0f / (side * side));
-#elif BENDS
-        const struct beside around = beside_of(at.pixel, at.past + 0.5f, 0.5f * side);
-        const int own = around.own < BUFFER - 2 ? around.own : BUFFER - 2;
-        value[i] = bent(blended[own - 1], blended[own], blended[own + 1], around);
-#else
-        const int first = at.pixel < BUFFER - 2 ? at.pixel : BUFFER - 2;
-        value[i] = blended[first] + at.past * (blended[first + 1] - blended[first]);
-#endif
     }
 }
+#else
+// Read the photosites of a span, each across and then down at its own place: value (SPAN).
+INLINE void read_areas(global const float *plane, const struct path path, const struct projection p, float *value) {
+    for (uint i = 0; i < SPAN; i++) value[i] = 0.0f;
+    for (uint n = 0; n < path.rows; n++) {
+        global const float *line = plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width;
+        for (uint i = 0; i < SPAN; i++) {
+            const struct place at = across_at(path, (int)(STEP * i), p);
+            const float low = (path.v - (float)(int)n) + path.v_slope * ((float)at.pixel + at.past), side = p.scale * SIDE;
+            value[i] += share_of(low, side) * along(line, 1, 0, p.scene_width, path.column + at.pixel, at.past + 0.5f, 0.5f * side);
+        }
+    }
+}
+#endif
 
 #if EVEN
 #include "swept_even.h"

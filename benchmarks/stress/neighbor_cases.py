@@ -94,9 +94,9 @@ def remosaic_sum(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
 def run_remosaic(device: Device, inputs: Inputs) -> Outcome:
     """The variance after remosaic: weights are squared, so that nothing cancels."""
     cfa = GROUPS[int(number(inputs, "group"))]
-    geometry = plan_of(cfa=cfa, remosaic=Remosaic()).sensor.readout
+    sensor = plan_of(cfa=cfa, remosaic=Remosaic()).sensor
     pattern, light = Cfa.named(cfa), picture(inputs).astype(np.float64)
-    found = remosaic_variance(device, geometry, picture(inputs))
+    found = remosaic_variance(device, sensor, picture(inputs))
     weights, (rows, columns) = remosaic_weights(pattern).astype(np.float64), pattern.period
     rounded = np.where(weights.max(axis=(2, 3)) == 1.0, 0.0, 1.0 / 12.0)
     exact = remosaic_sum(light, weights**2) + np.tile(rounded, (ROWS // rows, COLUMNS // columns))
