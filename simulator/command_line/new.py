@@ -1,6 +1,7 @@
 """`photosite new`: a commented file to start from, valid as it is."""
 
 import re
+import shlex
 from pathlib import Path
 
 from simulator.atomic_files import atomic_write
@@ -34,4 +35,4 @@ def write_new_file(kind: str, name: str | None) -> tuple[Path, str]:
         text = text.replace("study: my_study", f'study: "{stem}"', 1)  # in quotes, since 2026 would be a number
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
-    return path, NEXT[kind].format(path=path)
+    return path, NEXT[kind].format(path=shlex.quote(str(path)))

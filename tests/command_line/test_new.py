@@ -150,3 +150,10 @@ def test_the_data_set_s_examples_are_valid(tmp_path):
     path.write_text(with_examples("dataset", "mine", "imx385"), encoding="utf-8")
     found = load_data_set(path, [])
     assert set(found.pictures) == {"drawings", "mine"} and set(found.noise.cameras) == {"sony_a7s2", "imx385", "mine"}
+
+
+def test_the_command_that_is_told_can_be_pasted(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    status, *told = run(capsys, "new", "shot", "two words")
+    assert status == 0 and (tmp_path / "two words.yaml").exists()
+    assert "photosite simulate 'two words.yaml' --out frames" in "".join(told)

@@ -9,36 +9,17 @@ import tracemalloc
 from functools import partial
 
 import pytest
-import yaml
 from helpers.linked_files import put_kernel, put_shot
+from helpers.small_sweep import SHOT, read_sweep, write_sweep
 
 from simulator import __version__
 from simulator.config import load_sweep
 from simulator.config.shot_file import load_document
 from simulator.config.sweep import Sweep
 from simulator.errors import PhotositeError
-from simulator.exposure.later_exposures import later_exposures
 from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.light_cache import LightCache
 from simulator.studies.sweep_runner import SKIPPED, run_sweep, take
-
-SHOT = """\
-scene: {chart: flat_field, luminance: 100 cd/m^2}
-lens: {focal_length: 50 mm, f_number: f/4, focus_distance: 2 m}
-exposure: {time: 1/125 s, iso: 100}
-camera: sony_a7s2
-seeds: {frame: 40}
-"""
-
-
-def write(tmp_path, sweep: dict, text: str = SHOT):
-    path = tmp_path / "s.yaml"
-    path.write_text(text + yaml.safe_dump({"sweep": sweep}, sort_keys=False))
-    return path
-
-
-def load(tmp_path, sweep: dict, text: str = SHOT) -> Sweep:
-    return load_sweep(write(tmp_path, sweep, text))
 
 
 def values(sweep: Sweep, key: str) -> list:
@@ -46,7 +27,7 @@ def values(sweep: Sweep, key: str) -> list:
 
 
 def test_product_takes_every_combination_the_last_key_fastest(tmp_path):
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4", "f/8"]}})
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4", "f/8"]}})
     taken = [(point.shot().exposure.iso, point.shot().lens.f_number) for point in sweep]
     assert taken == list(itertools.product([100, 200], [2.0, 4.0, 8.0]))
     assert [point.name for point in sweep] == [f"s_{index:04d}" for index in range(6)]
@@ -54,34 +35,34 @@ def test_product_takes_every_combination_the_last_key_fastest(tmp_path):
 
 
 def test_zip_takes_value_by_value(tmp_path):
-    sweep = load(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "exposure.time": ["1/50 s", "1/100 s"]}})
+    sweep = read_sweep(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "exposure.time": ["1/50 s", "1/100 s"]}})
     assert [(point.shot().exposure.iso, point.shot().exposure.time_s) for point in sweep] == [(100, 0.02), (200, 0.01)]
 
 
 def test_zip_of_unequal_lengths_is_refused(tmp_path):
     with pytest.raises(PhotositeError, match="exposure.iso has 2, lens.f_number has 1"):
-        load(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2"]}})
+        read_sweep(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2"]}})
 
 
 def test_log2_steps_are_equal_stops_and_keep_the_ends_exactly(tmp_path):
-    sweep = load(tmp_path, {"vary": {"lens.f_number": {"from": "f/1", "to": "f/16", "steps": 5, "scale": "log2"}}})
+    sweep = read_sweep(tmp_path, {"vary": {"lens.f_number": {"from": "f/1", "to": "f/16", "steps": 5, "scale": "log2"}}})
     assert [point.shot().lens.f_number for point in sweep] == [1.0, 2.0, 4.0, 8.0, 16.0]
-    sweep = load(tmp_path, {"vary": {"exposure.time": {"from": "1/3 s", "to": "1/12 s", "steps": 3, "scale": "log2"}}})
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.time": {"from": "1/3 s", "to": "1/12 s", "steps": 3, "scale": "log2"}}})
     taken = [point.shot().exposure.time_s for point in sweep]
     assert taken[0] == 1 / 3 and taken[2] == 1 / 12 and taken[1] == pytest.approx(1 / 6, rel=1e-11)
 
 
 def test_linear_steps_and_whole_numbers(tmp_path):
     steps = {"from": "1 m", "to": "400 cm", "steps": 4}
-    assert [point.shot().lens.focus_distance_m for point in load(tmp_path, {"vary": {"lens.focus_distance": steps}})] == [
+    assert [point.shot().lens.focus_distance_m for point in read_sweep(tmp_path, {"vary": {"lens.focus_distance": steps}})] == [
         1,
         2,
         3,
         4,
     ]
     isos = {"from": 100, "to": 1600, "steps": 5, "scale": "log2"}
-    assert values(load(tmp_path, {"vary": {"exposure.iso": isos}}), "exposure.iso") == [100, 200, 400, 800, 1600]
-    assert values(load(tmp_path, {"vary": {"seeds.frame": {"range": [3, 9, 2]}}}), "seeds.frame") == [3, 5, 7]
+    assert values(read_sweep(tmp_path, {"vary": {"exposure.iso": isos}}), "exposure.iso") == [100, 200, 400, 800, 1600]
+    assert values(read_sweep(tmp_path, {"vary": {"seeds.frame": {"range": [3, 9, 2]}}}), "seeds.frame") == [3, 5, 7]
 
 
 @pytest.mark.parametrize(
@@ -111,39 +92,39 @@ def test_linear_steps_and_whole_numbers(tmp_path):
 )
 def test_a_mistake_anywhere_is_found_before_the_first_point_runs(tmp_path, vary, message):
     with pytest.raises(PhotositeError) as caught:
-        load(tmp_path, {"vary": vary})
+        read_sweep(tmp_path, {"vary": vary})
     assert message in str(caught.value) and str(tmp_path / "s.yaml") in str(caught.value)
 
 
 def test_values_that_go_together_only_point_by_point_are_not_refused(tmp_path):
     # A 4000 mm lens cannot focus at the base shot's 2 m, but no point asks it to.
     vary = {"lens.focal_length": ["50 mm", "4000 mm"], "lens.focus_distance": ["2 m", "100 m"]}
-    assert len(load(tmp_path, {"mode": "zip", "vary": vary})) == 2
+    assert len(read_sweep(tmp_path, {"mode": "zip", "vary": vary})) == 2
 
 
 def test_a_missing_picture_is_found_before_the_first_point_runs(tmp_path):
     text = SHOT.replace("chart: flat_field", "image: a.png")
     (tmp_path / "a.png").touch()
     with pytest.raises(PhotositeError, match=r"s.yaml:8 \(sweep\): scene.image = .*b.png: no such file \(for s_0001\)"):
-        load(tmp_path, {"vary": {"scene.image": ["a.png", "b.png"]}}, text)
+        read_sweep(tmp_path, {"vary": {"scene.image": ["a.png", "b.png"]}}, text)
 
 
 def test_every_point_has_fresh_noise_unless_asked(tmp_path):
     vary = {"exposure.iso": [100, 200, 400]}
-    frames = [point.shot().seeds.frame for point in load(tmp_path, {"vary": vary})]
+    frames = [point.shot().seeds.frame for point in read_sweep(tmp_path, {"vary": vary})]
     assert frames == [40, 41, 42]
-    assert {point.shot().seeds.frame for point in load(tmp_path, {"vary": vary, "same_noise": True})} == {40}
-    own = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "seeds.frame": [5, 6]}})
+    assert {point.shot().seeds.frame for point in read_sweep(tmp_path, {"vary": vary, "same_noise": True})} == {40}
+    own = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200], "seeds.frame": [5, 6]}})
     assert [point.shot().seeds.frame for point in own] == [5, 6, 5, 6]
 
 
 def test_frame_seeds_that_would_run_over_are_refused_not_wrapped(tmp_path):
     with pytest.raises(PhotositeError, match="seeds.frame = 4294967296"):
-        load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}, SHOT.replace("40", "4294967295"))
+        read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200]}}, SHOT.replace("40", "4294967295"))
 
 
 def test_a_million_points_are_not_made_up_front(tmp_path):
-    path = write(tmp_path, {"vary": {"exposure.iso": [100, 200], "seeds.frame": {"range": [0, 500_000]}}})
+    path = write_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200], "seeds.frame": {"range": [0, 500_000]}}})
     document = load_document(path)
     tracemalloc.start()
     sweep = Sweep(document)
@@ -156,7 +137,7 @@ def test_a_million_points_are_not_made_up_front(tmp_path):
 
 
 def test_another_camera_can_be_swept(tmp_path):
-    sweep = load(tmp_path, {"vary": {"camera": ["sony_a7s2", "ideal"]}})
+    sweep = read_sweep(tmp_path, {"vary": {"camera": ["sony_a7s2", "ideal"]}})
     assert [point.shot().camera.model for point in sweep] == ["ILCE-7SM2", "Ideal"]
 
 
@@ -166,18 +147,18 @@ def test_keys_of_the_camera_are_laid_over_each_that_is_varied(tmp_path, key):
     vary = {"camera.fill_factor": [0.5], key: ["sony_a7s2", "nikon_d850"]}
     given = ["camera.window={x: 0, y: 0, width: 64, height: 48}", "camera.fill_factor=0.75", "exposure.iso=200"]
     for settings in (given, [*given, "camera=canon_550d"]):
-        taken = [(point.values, point.shot()) for point in load_sweep(write(tmp_path, {"vary": vary}), iter(settings))]
+        taken = [(point.values, point.shot()) for point in load_sweep(write_sweep(tmp_path, {"vary": vary}), iter(settings))]
         assert [shot.camera.make for _, shot in taken] == ["Sony", "Nikon"]
         assert {(shot.camera.frame.width, shot.camera.fill_factor, shot.exposure.iso) for _, shot in taken} == {(64, 0.5, 200)}
         assert [values["camera.fill_factor"] for values, _ in taken] == [0.5, 0.5]
     del vary["camera.fill_factor"]
     mapping = {"camera.fill_factor": 0.75}
-    sweep = load_sweep(write(tmp_path, {"vary": vary}), mapping)
+    sweep = load_sweep(write_sweep(tmp_path, {"vary": vary}), mapping)
     assert [point.shot().camera.fill_factor for point in sweep] == [0.75, 0.75]
 
 
 def test_a_setting_that_one_of_the_cameras_refuses_is_told(tmp_path):
-    path = write(tmp_path, {"vary": {"camera": ["sony_a7s2", "ideal"]}})
+    path = write_sweep(tmp_path, {"vary": {"camera": ["sony_a7s2", "ideal"]}})
     with pytest.raises(PhotositeError, match="--set camera.widht=3.*did you mean `width`?"):
         load_sweep(path, ["camera.widht=3"])
     with pytest.raises(PhotositeError, match="--set camera.window=.*: camera.window"):
@@ -207,23 +188,23 @@ def manifest(folder) -> list[dict]:
 def test_a_point_that_stands_is_skipped_and_a_changed_one_redone(tmp_path):
     vary = {"exposure.iso": [100, 200, 400]}
     out, first, second, third = tmp_path / "out", Shutter(), Shutter(), Shutter()
-    run_sweep(load(tmp_path, {"vary": vary}), out, take=first)
+    run_sweep(read_sweep(tmp_path, {"vary": vary}), out, take=first)
     assert first.taken == ["s_0000", "s_0001", "s_0002"]
     assert [row["status"] for row in manifest(out)] == ["done"] * 3
     (out / "s_0001.json").unlink()
-    run_sweep(load(tmp_path, {"vary": vary}), out, take=second)
+    run_sweep(read_sweep(tmp_path, {"vary": vary}), out, take=second)
     assert second.taken == ["s_0001"]
     assert [row["status"] for row in manifest(out)] == [SKIPPED, "done", SKIPPED]
-    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100, 200, 800]}}), out, take=third)
+    run_sweep(read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200, 800]}}), out, take=third)
     assert third.taken == ["s_0002"]
     assert manifest(out)[2]["exposure.iso"] == "800"
     again = Shutter()
-    run_sweep(load(tmp_path, {"vary": vary}), out, take=again, redo=True)
+    run_sweep(read_sweep(tmp_path, {"vary": vary}), out, take=again, redo=True)
     assert len(again.taken) == 3
 
 
 def test_a_point_without_its_truth_is_redone_when_the_truth_is_wanted(tmp_path):
-    sweep, out = load(tmp_path, {"vary": {"exposure.iso": [100]}}), tmp_path / "out"
+    sweep, out = read_sweep(tmp_path, {"vary": {"exposure.iso": [100]}}), tmp_path / "out"
     for truth, status in ((False, "done"), (False, SKIPPED), (True, "done"), (True, SKIPPED), (False, SKIPPED)):
         shutter = Shutter()
         run_sweep(sweep, out, take=shutter, truth=truth)
@@ -241,7 +222,7 @@ def statuses(sweep: Sweep, out) -> list[str]:
 def test_a_point_is_redone_when_the_content_of_its_picture_changes_whatever_the_times(tmp_path):
     picture, other, out = tmp_path / "a.png", tmp_path / "b.png", tmp_path / "out"
     picture.write_bytes(b"one")
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}, SHOT.replace("chart: flat_field", "image: a.png"))
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200]}}, SHOT.replace("chart: flat_field", "image: a.png"))
     assert statuses(sweep, out) == ["taken", "taken"]
     later = (out / "s_0000.json").stat().st_mtime + 10
     os.utime(picture, (later, later))  # touched
@@ -264,7 +245,7 @@ def test_a_point_is_redone_when_a_file_changes_that_an_input_file_leads_to(tmp_p
 
 @pytest.mark.parametrize("text", [None, "", "[]", '{"versions": {}}', '{"inputs": []}'])
 def test_a_point_is_redone_when_its_dng_is_gone_or_its_sidecar_tells_nothing(tmp_path, text):
-    sweep, out = load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}), tmp_path / "out"
+    sweep, out = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200]}}), tmp_path / "out"
     run_sweep(sweep, out, take=Shutter())
     if text is None:
         (out / "s_0000.dng").unlink()
@@ -274,7 +255,7 @@ def test_a_point_is_redone_when_its_dng_is_gone_or_its_sidecar_tells_nothing(tmp
 
 
 def test_a_point_of_another_version_is_redone(tmp_path):
-    sweep, out = load(tmp_path, {"vary": {"exposure.iso": [100]}}), tmp_path / "out"
+    sweep, out = read_sweep(tmp_path, {"vary": {"exposure.iso": [100]}}), tmp_path / "out"
     run_sweep(sweep, out, take=Shutter(version="0.0.1"))
     assert statuses(sweep, out) == ["taken"] and statuses(sweep, out) == [SKIPPED]
 
@@ -288,7 +269,7 @@ def test_what_a_simulation_saves_is_up_to_date(tmp_path):
 
 def test_a_failed_point_is_a_row_and_leaves_no_sidecar(tmp_path):
     out = tmp_path / "out"
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200, 400]}})
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200, 400]}})
     run_sweep(sweep, out, take=Shutter())
     rows = run_sweep(sweep, out, take=Shutter(fail=["s_0001"]), redo=True)
     assert [row.status for row in rows] == ["done", "failed: the disk is full", "done"]
@@ -297,14 +278,14 @@ def test_a_failed_point_is_a_row_and_leaves_no_sidecar(tmp_path):
 
 
 def test_three_failures_in_a_row_stop_the_run_and_the_manifest_stands(tmp_path):
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 125, 160, 200, 250]}})
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 125, 160, 200, 250]}})
     with pytest.raises(PhotositeError, match="3 failures in a row"):
         run_sweep(sweep, tmp_path / "out", take=Shutter(fail=[f"s_000{index}" for index in range(1, 5)]))
     assert [row["status"][:6] for row in manifest(tmp_path / "out")] == ["done", "failed", "failed", "failed"]
 
 
 def test_the_manifest_holds_name_values_files_and_status(tmp_path):
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100], "lens.f_number": ["f/2", "f/4"]}})
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.iso": [100], "lens.f_number": ["f/2", "f/4"]}})
     run_sweep(sweep, tmp_path / "out", take=Shutter())
     row = manifest(tmp_path / "out")[1]
     assert float(row.pop("seconds")) >= 0
@@ -319,21 +300,21 @@ def test_any_map_may_run_the_points(tmp_path):
         return [function(point) for point in reversed(list(points))]
 
     shutter = Shutter()
-    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}), tmp_path / "out", take=shutter, map=backwards)
+    run_sweep(read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200]}}), tmp_path / "out", take=shutter, map=backwards)
     assert shutter.taken == ["s_0001", "s_0000"]
 
 
 def test_the_settings_of_a_point_give_its_shot_again(tmp_path):
     from simulator.config import load_shot
 
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200]}})
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 200]}})
     run_sweep(sweep, tmp_path / "out", take=Shutter())
     assert load_shot(tmp_path / "out" / "s_0001.yaml").resolved == sweep[1].shot().resolved
 
 
 def test_points_that_share_their_light_follow_each_other_and_the_manifest_keeps_the_order(tmp_path):
     vary = {"exposure.iso": [100, 200, 400], "lens.f_number": ["f/2", "f/4"], "seeds.frame": [1, 2]}
-    sweep = load(tmp_path, {"vary": vary})
+    sweep = read_sweep(tmp_path, {"vary": vary})
     shutter = Shutter()
     rows = run_sweep(sweep, tmp_path / "out", take=shutter)
     assert [row.index for row in rows] == list(range(12))
@@ -341,14 +322,14 @@ def test_points_that_share_their_light_follow_each_other_and_the_manifest_keeps_
     taken = [sweep[int(name[-4:])] for name in shutter.taken]
     assert sorted(point.index for point in taken) == list(range(12))
     assert [point.values["lens.f_number"] for point in taken] == ["f/2"] * 6 + ["f/4"] * 6
-    zipped = load(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4"]}})
+    zipped = read_sweep(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4"]}})
     assert [point.index for point in zipped.by_light()] == [0, 1]
 
 
 def test_the_points_of_a_sweep_have_the_files_of_shots_taken_alone(tmp_path):
     camera = "{base: sony_a7s2, window: {x: 2000, y: 1400, width: 64, height: 48}}"
     text = SHOT.replace("focus_distance: 2 m", "focus_distance: 1.9 m").replace("camera: sony_a7s2", f"camera: {camera}")
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 1600], "lens.f_number": ["f/2", "f/4"]}}, text)
+    sweep = read_sweep(tmp_path, {"vary": {"exposure.iso": [100, 1600], "lens.f_number": ["f/2", "f/4"]}}, text)
     cache = LightCache()
     run_sweep(sweep, tmp_path / "shared", take=partial(take, cache=cache))
     assert cache.reused >= len(sweep)  # plan and light of the second ISO, at each aperture
@@ -359,153 +340,6 @@ def test_the_points_of_a_sweep_have_the_files_of_shots_taken_alone(tmp_path):
             assert shared.read_bytes() == alone.read_bytes()
 
 
-def times(sweep: Sweep) -> list[tuple[float, float]]:
-    exposures = [point.shot().exposure for point in sweep]
-    return [(one.start_s, one.time_s) for one in exposures]
-
-
-def test_frames_of_a_series_are_released_an_interval_apart(tmp_path):
-    sweep = load(tmp_path, {"series": {"frames": 4, "interval": "40 ms"}}, SHOT.replace("iso: 100", "iso: 100, start: 1 s"))
-    assert times(sweep) == [(1.0, 0.008), (1.04, 0.008), (1.08, 0.008), (1.12, 0.008)]
-    seeds = [point.shot().seeds for point in sweep]
-    assert [one.frame for one in seeds] == [40, 41, 42, 43] and len({one.body for one in seeds}) == 1
-
-
-def test_a_bracket_repeats_its_stops_and_waits_the_gap_after_each_exposure(tmp_path):
-    sweep = load(tmp_path, {"series": {"frames": 5, "gap": "2 ms", "bracket": [0, -1, 1]}})
-    assert [time for _, time in times(sweep)] == [0.008, 0.004, 0.016, 0.008, 0.004]
-    assert [start for start, _ in times(sweep)] == pytest.approx([0.0, 0.010, 0.016, 0.034, 0.044], abs=1e-12)
-
-
-def hdr_shot(camera: str = "base: sony_a7s2, hdr_readout: {exposures: [1, 0.25]}", time: str = "10 ms") -> str:
-    return SHOT.replace("camera: sony_a7s2", f"camera: {{{camera}}}").replace("1/125 s", time)
-
-
-def test_a_frame_lasts_until_the_last_exposure_of_its_readings_ends(tmp_path):
-    """Exposures follow each other: 10 ms and a quarter of it. Readings of one charge, or of another gain, take no more time."""
-    series = {"frames": 3, "gap": "1 ms"}
-    assert times(load(tmp_path, {"series": series}, hdr_shot())) == [(0.0, 0.01), (0.0135, 0.01), (0.027, 0.01)]
-    for shot in (point.shot() for point in load(tmp_path, {"series": series}, hdr_shot())):
-        (later,) = later_exposures(shot.exposure, shot.camera)
-        assert later.start_s + later.time_s == pytest.approx(shot.exposure.start_s + 0.0125, rel=1e-12)
-    once = hdr_shot("base: sony_a7s2, hdr_readout: {exposures: [1, 1, 0.5], gains: [1, 0.25, 0.25]}")
-    assert [start for start, _ in times(load(tmp_path, {"series": series}, once))] == [0.0, 0.016, 0.032]
-    gains = hdr_shot("base: sony_a7s2, hdr_readout: {gains: [1, 0.25]}").replace("iso: 100", "iso: 1600")
-    assert [start for start, _ in times(load(tmp_path, {"series": series}, gains))] == [0.0, 0.011, 0.022]
-    bracket = load(tmp_path, {"series": {"frames": 4, "gap": "0 s", "bracket": [0, 1]}}, hdr_shot())
-    assert [start for start, _ in times(bracket)] == pytest.approx([0.0, 0.0125, 0.0375, 0.05], abs=1e-12)
-
-
-def test_the_readings_are_those_of_the_camera_of_the_point(tmp_path):
-    vary = {"camera": ["sony_a7s2", {"base": "sony_a7s2", "hdr_readout": {"exposures": [1, 0.5]}}]}
-    sweep = load(tmp_path, {"vary": vary, "series": {"frames": 2}}, hdr_shot())
-    assert [start for start, _ in times(sweep)] == [0.0, 0.01, 0.0, 0.015]
-
-
-def test_exposures_that_together_outlast_the_interval_are_refused(tmp_path):
-    told = r"s.yaml:\d+: sweep.series: exposures of 0.0125 s together outlast the interval of 0.01 s"
-    with pytest.raises(PhotositeError, match=told):
-        load(tmp_path, {"series": {"frames": 2, "interval": "10 ms"}}, hdr_shot())
-    assert times(load(tmp_path, {"series": {"frames": 2, "interval": "12.5 ms"}}, hdr_shot()))[1] == (0.0125, 0.01)
-    with pytest.raises(PhotositeError, match="camera.hdr_readout.exposures"):  # the camera is what is wrong
-        load(tmp_path, {"series": {"frames": 2}}, hdr_shot("base: sony_a7s2, hdr_readout: {exposures: [1, 2]}"))
-
-
-def test_a_metered_bracket_varies_the_compensation_and_needs_an_interval(tmp_path):
-    text = SHOT.replace("time: 1/125 s", "mode: aperture_priority, compensation: 0.5")
-    sweep = load(tmp_path, {"series": {"frames": 4, "interval": "1 s", "bracket": [0, -1, 1]}}, text)
-    exposures = [point.shot().exposure for point in sweep]
-    assert [(one.start_s, one.compensation) for one in exposures] == [(0.0, 0.5), (1.0, -0.5), (2.0, 1.5), (3.0, 0.5)]
-    assert sweep.keys == ["exposure.start", "exposure.compensation"]
-    for series in ({"frames": 2}, {"frames": 2, "gap": "1 s", "bracket": [0, 1]}):
-        with pytest.raises(PhotositeError, match="sweep.series.*no gap says when it ends; give an interval"):
-            load(tmp_path, {"series": series}, text)
-
-
-def test_every_point_of_a_sweep_may_be_a_series(tmp_path):
-    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4"]}, "series": {"frames": 2}})
-    taken = [(one.exposure.iso, one.lens.f_number, one.exposure.start_s) for one in (point.shot() for point in sweep)]
-    assert taken == list(itertools.product([100, 200], [2.0, 4.0], [0.0, 0.008]))
-    order = [(point.values["lens.f_number"], point.values["exposure.start"]) for point in sweep.by_light()]
-    assert [len(list(group)) for _, group in itertools.groupby(order)] == [2, 2, 2, 2]  # ISO alone leaves the light as it is
-
-
-def test_few_points_have_every_value_and_every_frame(tmp_path):
-    vary = {"exposure.iso": [100, 200, 400], "lens.f_number": {"from": "f/2", "to": "f/8", "steps": 10}}
-    sweep = load(tmp_path, {"vary": vary, "series": {"frames": 4, "gap": "1 ms", "bracket": [0, -1, 1]}})
-    points = list(sweep.covering_points())
-    assert len({point.index for point in points}) == len(points) < 20 < len(sweep) == 120
-    for key in sweep.values:
-        assert {point.values[key] for point in points} == {point.values[key] for point in sweep}
-    assert [point.index for point in points[:4]] == [0, 1, 2, 3]
-
-
-def test_a_series_beside_values_that_are_zipped(tmp_path):
-    vary = {"exposure.iso": [100, 200], "exposure.time": ["1/50 s", "1/100 s"]}
-    sweep = load(tmp_path, {"mode": "zip", "vary": vary, "series": {"frames": 2, "interval": "20 ms"}})
-    assert times(sweep) == [(0.0, 0.02), (0.02, 0.02), (0.0, 0.01), (0.02, 0.01)]
-
-
-@pytest.mark.parametrize(
-    "series, message",
-    [
-        ({"frames": 2, "interval": "5 ms"}, "outlast the interval"),
-        ({"frames": 2, "interval": "9 ms", "bracket": [0, 1]}, "exposures of 0.016 s outlast the interval of 0.009 s"),
-        ({"frames": 2, "interval": "9 ms", "gap": "1 ms"}, "leave one of them out"),
-        ({"frames": 2, "gap": "-1 ms"}, "0 s or more"),
-        ({"frames": 0}, "series.frames = 0"),
-        ({"frames": 2, "bracket": [0, 5000]}, "series.bracket.1 = 5000"),
-        ({"frames": 2, "interval": 40}, "has no unit"),
-    ],
-)
-def test_a_series_that_cannot_be_taken_is_named_with_its_line(tmp_path, series, message):
-    with pytest.raises(PhotositeError, match=message) as found:
-        load(tmp_path, {"series": series})
-    assert found.value.line >= 6
-
-
 def test_a_sweep_that_varies_nothing_is_refused(tmp_path):
     with pytest.raises(PhotositeError, match="varies nothing"):
-        load(tmp_path, {"mode": "zip"})
-
-
-def test_the_manifest_of_a_series_has_the_times_of_its_frames(tmp_path):
-    sweep = load(tmp_path, {"series": {"frames": 2, "gap": "0 s", "bracket": [0, -1]}})
-    run_sweep(sweep, tmp_path, take=lambda shot, directory: None)
-    with open(tmp_path / "manifest.csv", newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["exposure.start"], row["exposure.time"]) for row in rows] == [("0 s", "0.008 s"), ("0.008 s", "0.004 s")]
-
-
-def test_the_flow_of_a_frame_of_a_series_leads_to_the_middle_of_the_next(tmp_path):
-    """A bracket of 10, 5 and 20 ms, 2 ms apart: from 5 ms to 14.5 ms, and from there to 29 ms."""
-    text = SHOT.replace("time: 1/125 s", "time: 10 ms") + "truth: [flow]\nmotion: {camera: {pan: 1 deg/s}}\n"
-    sweep = load(tmp_path, {"series": {"frames": 3, "gap": "2 ms", "bracket": [0, -1, 1]}}, text)
-    first, second, last = (point.shot() for point in sweep)
-    middles_s = [shot.exposure.start_s + 0.5 * shot.exposure.time_s for shot in (first, second, last)]
-    assert first.motion.flow_time_s == pytest.approx(middles_s[1] - middles_s[0], rel=1e-12)
-    assert second.motion.flow_time_s == pytest.approx(middles_s[2] - middles_s[1], rel=1e-12)
-    stated = load(tmp_path, {"series": {"frames": 2}}, text.replace("{pan: 1 deg/s}", "{pan: 1 deg/s}, flow_time: 1 s"))
-    assert [point.shot().motion.flow_time_s for point in stated] == [1.0, 1.0]
-
-
-@pytest.mark.parametrize("path", ["clip: handycam_run, seed: 1", "path: turn.csv"])
-def test_a_path_that_is_shorter_than_a_series_is_refused_before_its_first_frame(tmp_path, path):
-    (tmp_path / "turn.csv").write_text("time_s,rotation_euler_y\n0,0\n1,0.01\n2,0.02\n")
-    text = SHOT + f"motion: {{camera: {{{path}}}}}\n"
-    told = r"to 2[.\d]* s of the shot's clock, .* 0 s to 3.508 s; .*for the 6 frames of sweep.series"
-    with pytest.raises(PhotositeError, match=told) as found:
-        load(tmp_path, {"series": {"frames": 6, "interval": "700 ms"}}, text)
-    assert found.value.key.startswith("motion.camera.") and found.value.line is not None
-    assert len(load(tmp_path, {"series": {"frames": 4, "interval": "500 ms"}}, text)) == 4
-
-
-def test_a_path_that_ends_before_the_last_exposure_of_a_frame_is_refused_before_its_first(tmp_path):
-    """Exposures of 0.8 and 0.4 s, so that the second frame is open from 1.2 to 2.4 s."""
-    (tmp_path / "turn.csv").write_text("time_s,rotation_euler_y\n0,0\n1,0.01\n2,0.02\n")
-    text = hdr_shot("base: sony_a7s2, hdr_readout: {exposures: [1, 0.5]}", "0.8 s") + "motion: {camera: {path: turn.csv}}\n"
-    series = {"frames": 2, "interval": "1.2 s"}
-    with pytest.raises(
-        PhotositeError, match=r"to 2 s of the shot's clock, .* 0 s to 2.4 s; .*for the 2 frames of sweep.series"
-    ):
-        load(tmp_path, {"series": series}, text)
+        read_sweep(tmp_path, {"mode": "zip"})

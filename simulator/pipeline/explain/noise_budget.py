@@ -65,8 +65,9 @@ def contributions(steps: Iterable[SignalStep], mean_electrons: float) -> tuple[M
     fixed: dict[str, float] = {}
     for step in steps:
         own = step.moments(Moments(signal.mean, 0.0))
+        without = own.widened(-1.0, 0.0)
         for name, part in parts.items():
-            scaled, without = step.moments(replace(part, mean=signal.mean)), own.widened(-1.0, 0.0)
+            scaled = step.moments(replace(part, mean=signal.mean))
             parts[name] = without.plus(0.0, scaled.variance, scaled.fixed_variance, scaled.shared_variance)
         known = parts.get(step.name, Moments(0.0, 0.0))  # binning is two steps
         parts[step.name] = known.plus(0.0, own.variance, own.fixed_variance, own.shared_variance)
