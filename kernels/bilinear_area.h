@@ -5,6 +5,7 @@
 #ifndef BILINEAR_AREA_H
 #define BILINEAR_AREA_H
 #include "plain_math.h"
+#define MOST_EXTENT 0.5f // [px]: photosites that are seen larger lie beyond the sensor
 
 // What a bend of slope 1 at this distance adds to the mean.
 INLINE float bend_of(const float distance, const float extent) {

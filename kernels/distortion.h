@@ -25,10 +25,10 @@ INLINE struct distorted distort(const float a, const float b) {
     return found;
 }
 
-// One over the area of a distorted square, over its own; 0 beyond a fold.
+// One over the area of a distorted square, over its own; 0 beyond a fold, and where a second one turns it over.
 INLINE float shrunk(const struct distorted at) {
     const float area = (1.0f + at.xx) * (1.0f + at.yy) - at.xy * at.xy;
-    return area > LEAST_AREA ? 1.0f / area : 0.0f;
+    return area > LEAST_AREA && at.xx > -1.0f ? 1.0f / area : 0.0f;
 }
 
 INLINE struct displacement undistort(const float x, const float y, const uint channel) {

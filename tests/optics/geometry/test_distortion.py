@@ -251,6 +251,37 @@ def test_samples_are_numbers_where_the_polynomial_folds():
     assert np.isfinite(device.download(sampled, layout.shape(1), np.float32)).all()
 
 
+@pytest.mark.parametrize("terms", [(-0.115, 0.0, 0.0), (0.316, 0.140, -0.039), (0.208, 0.141, -0.024)])
+def test_samples_far_beyond_a_fold_are_light_of_the_scene(terms):
+    """A deep blur reads 200 photosites beside a sensor of 24 x 16, where squares are seen turned over, or any size."""
+    k1, k2, k3 = terms
+    warp = plan_warp(Distortion(k1=k1, k2=k2, k3=k3, unit="half_diagonal"), 6000.0, 24, 16, 3)
+    stretch, extent = warp.extent(24, 16)[2:]
+    device, layout = open_device(), InterleavedColumns(2, 832, 432)
+    for scale in (0.7, 1.0, 2.0):
+        width, height, samples = round(24 * scale), round(16 * scale), max(1, math.ceil(scale * stretch - 1e-6))
+        is_coarse = scale <= 1.0
+        projection = Projection(scale, 0.0, 0.0, width, height, samples, False, warp, stretch, extent, is_bilinear=is_coarse)
+        pixels = np.random.default_rng(1).uniform(0.1, 1.0, (1, height, width)).astype(np.float32)
+        planes, sampled = device.upload(pixels), device.empty(layout.shape(1), np.float32)
+        project_planes(device, projection, planes, 1, sampled, 0, layout, (-204, -200))
+        found = device.download(sampled, layout.shape(1), np.float32)
+        assert np.isfinite(found).all() and 0.099 < found.min() and found.max() < 1.001
+
+
+def test_a_deep_blur_behind_a_barrel_is_a_picture():
+    """A blur circle of 142 photosites on 24 x 16: one sample that is no number would take the whole frame."""
+    picture = np.random.default_rng(0).uniform(0.1, 1.0, (32, 48))
+    deep = ThinLens(50.0, 1.0, 2.0, cos4=False, distortion=Distortion(k1=-0.115, unit="half_diagonal"))
+    camera = small_camera(24, 16, pixel_pitch_um=8.4)
+    shot = Shot(band_scene(picture, 0.7), deep, Exposure(0.01), camera)
+    found, plain = (
+        simulate(one).mean_electrons
+        for one in (shot, dataclasses.replace(shot, lens=dataclasses.replace(deep, distortion=None)))
+    )
+    assert np.isfinite(found).all() and abs(found.mean() / plain.mean() - 1.0) < 0.2
+
+
 @pytest.mark.parametrize("size", [(24, 1), (1, 16)])
 def test_a_frame_of_one_row_or_column_has_no_opcode(size):
     shot = Shot(
