@@ -13,6 +13,7 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.optics.error_term import ErrorTerm
 from simulator.optics.geometry.projection import Projection
+from simulator.scene.bands import least_of_bands, most_of_bands
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
@@ -87,7 +88,7 @@ def plan_veiling_glare(
         mean += share_of_sensor * (seen @ scene.planes[pixel])
     scattered_sr = share * irradiance.effective_solid_angle_sr
     by_band = scattered_sr * (mean[:, np.newaxis] * weights)
-    differs = float((np.ptp(scene.planes, axis=(0, 1)) @ np.abs(weights)).max())
+    differs = float(((most_of_bands(scene.planes) - least_of_bands(scene.planes)) @ np.abs(weights)).max())
     return VeilingGlare(share, scattered_sr * (mean @ weights), by_band, share * float((mean @ weights).min()), differs)
 
 

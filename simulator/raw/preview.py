@@ -65,7 +65,7 @@ def _means(codes: np.ndarray, period: tuple[int, int], side: int) -> np.ndarray:
     whole = codes[: tall * side * rows, : wide * side * columns]
     found = np.empty((tall * rows, wide * columns), np.uint16)
     for row in range(rows):
-        sums = np.add.reduceat(whole[row::rows], np.arange(0, tall * side, side), axis=0, dtype=np.uint32)
+        sums = whole[row::rows].reshape(tall, side, -1).sum(axis=1, dtype=np.uint32)  # `reduceat` takes 20 times as long
         for column in range(columns):
             blocks = sums[:, column::columns].reshape(tall, wide, side).sum(axis=2, dtype=np.float64)
             found[row::rows, column::columns] = np.rint(blocks / side**2)

@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2, reflectance_basis
 from simulator.errors import PhotositeError, require
+from simulator.scene.bands import mean_of_bands
 from simulator.scene.compositing import composite_planes
 from simulator.scene.pixel_file import first_fault
 from simulator.scene.scene import Layer, Scene
@@ -95,7 +96,7 @@ def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[
     basis = reflectance_basis(source.upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
     spectra, weights = relative * basis, np.ones(len(basis))
     if source.luminance_of == "mean":
-        weights = composite_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
+        weights = mean_of_bands(composite_planes(layers)[0])
     own = float(weights @ luminance_cd_m2(spectra))
     rule = f"{path} is black, so it has no mean to scale; write luminance_of: white"
     require(own > 0, "scene.luminance_of", "mean", rule)

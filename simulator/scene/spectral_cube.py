@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError, require
+from simulator.scene.bands import mean_of_bands
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.cube_file import files_beside_cube, read_cube
 from simulator.scene.depth import Depth, check_depth, load_depth
@@ -130,7 +131,7 @@ class SpectralCubeScene:
             return basis * light * self._white()
         if self.luminance_cd_m2 is None:
             return basis
-        mean = float(planes.mean(axis=(0, 1), dtype=np.float64) @ luminance_cd_m2(basis, grid_nm))
+        mean = float(mean_of_bands(planes) @ luminance_cd_m2(basis, grid_nm))
         require(
             mean > 0,
             "scene.luminance",

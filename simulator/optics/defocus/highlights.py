@@ -10,6 +10,7 @@ from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.pupil.pupil import Pupil
+from simulator.scene.bands import most_of_bands
 from simulator.scene.scene import Scene
 
 BRIGHT = 8.0  # threshold in units of the scene's mean radiance
@@ -31,7 +32,7 @@ def highlight_threshold(scene: Scene, weights: np.ndarray, times: float = BRIGHT
     times: threshold in units of the scene's mean radiance, in which the brightest CAPPED count as much as their least.
     """
     means = np.stack([_capped_mean(layer.planes, weights) for layer in scene.layers]).max(axis=0)
-    most = np.stack([_most(layer.planes) @ weights for layer in scene.layers]).max(axis=0)
+    most = np.stack([most_of_bands(layer.planes) @ weights for layer in scene.layers]).max(axis=0)
     limit = times * means
     return limit.astype(np.float32) if (most > limit).any() else None
 
@@ -41,12 +42,6 @@ def _capped_mean(planes: np.ndarray, weights: np.ndarray) -> np.ndarray:
     step_y, step_x = (-(-size // _SAMPLES) for size in planes.shape[:2])
     light = planes[::step_y, ::step_x].reshape(-1, planes.shape[2]) @ weights
     return np.minimum(light, np.quantile(light, CAPPED, axis=0)).mean(axis=0)
-
-
-def _most(planes: np.ndarray) -> np.ndarray:
-    """Greatest value of each band."""
-    rows, columns, bands = planes.shape
-    return planes.reshape(rows, -1).max(axis=0).reshape(columns, bands).max(axis=0)
 
 
 @dataclass(frozen=True)

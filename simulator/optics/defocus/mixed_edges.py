@@ -12,6 +12,7 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.geometry.projection import Projection
+from simulator.scene.bands import least_of_bands, most_of_bands
 from simulator.scene.scene import Scene
 
 LEFT_SHARE = 0.1  # of the tolerance that differences of coverage may cause which count as even
@@ -59,8 +60,8 @@ def find_edges(scene: Scene, layers: int, weights: np.ndarray, accuracy: Accurac
 def light_range(scene: Scene, layers: int, weights: np.ndarray) -> float:
     """Range of the light behind the nearest of so many layers, at most [electron radiance]."""
     *between, last = scene.layers[1:layers]
-    most = sum(layer.planes.max(axis=(0, 1)) @ weights for layer in (*between, last))
-    least = 0.0 if between else last.planes.min(axis=(0, 1)) @ weights
+    most = sum(most_of_bands(layer.planes) @ weights for layer in (*between, last))
+    least = 0.0 if between else least_of_bands(last.planes) @ weights
     return float(np.max(most - least))
 
 

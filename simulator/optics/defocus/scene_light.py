@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
+from simulator.scene.bands import most_of_bands
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Layer, Scene
 
@@ -30,7 +31,7 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
 
 def peak_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> float:
     """Electrons of the brightest pixel of all layers; the arguments are those of `brightest_electrons`."""
-    return float(max((layer.planes.max(axis=(0, 1)) @ weights).max() for layer in scene.layers) * per_radiance)
+    return float(max((most_of_bands(layer.planes) @ weights).max() for layer in scene.layers) * per_radiance)
 
 
 def lamp_electrons(accuracy: Accuracy) -> float:

@@ -38,6 +38,7 @@ from simulator.optics.psf.slab_tails import hidden_error
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, channel_wavelengths
 from simulator.optics.pupil.pupil import Pupil
+from simulator.scene.bands import least_of_bands, most_of_bands
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.stage import Moments
@@ -68,7 +69,7 @@ def contrast_sigma(scene: Scene, electrons: np.ndarray, moments: Callable[[float
     """
     if scene.behind or scene.coverage is not None:
         return math.inf
-    low, high = (ends(scene.planes, axis=(0, 1)).astype(np.float64) for ends in (np.min, np.max))
+    low, high = (ends(scene.planes).astype(np.float64) for ends in (least_of_bands, most_of_bands))
     contrast_e = float(((high - low) @ electrons).max())
     if contrast_e == 0.0:
         return 0.0

@@ -21,7 +21,6 @@ from simulator.optics.psf.wavefront_psf import WavefrontPsf
 FARTHEST = 32.0  # reach of the wings, in that of kernels
 LEAST_CELL_PX = 4  # photosites across a cell
 PARTS = 4  # of a cell, along an axis, at which the pattern is summed
-TOGETHER = 32  # rows of cells that are read in one go
 SKIPPED_SHARE = 0.25  # of the tolerance: effect below which wings are left out
 LEFT_PX = 0.05  # share of their effect that is left, times lambda N [photosites]
 LEAST_LEFT, MOST_LEFT = 0.05, 0.15  # ends of that share
@@ -155,11 +154,8 @@ def _means(planes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndar
 
 
 def _joined(join: np.ufunc, planes: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Join planes over cells that begin at these pixels, (rows, columns, bands) float64; some rows of cells at a time."""
-    found = []
-    for first in range(0, len(rows), TOGETHER):
-        starts, after = rows[first : first + TOGETHER], np.append(rows, len(planes))[min(first + TOGETHER, len(rows))]
-        part = planes[starts[0] : max(after, starts[-1] + 1)]
-        lines = join.reduceat(part, starts - starts[0], axis=0, dtype=np.float64)
-        found.append(join.reduceat(lines, columns, axis=1))
-    return np.concatenate(found)
+    """Join planes over cells that begin at these pixels, (rows, columns, bands) float64."""
+    ends = np.maximum(np.append(rows[1:], len(planes)), rows + 1)
+    # `reduceat` over rows takes 25 times as long as `reduce` of each.
+    lines = (join.reduce(planes[first:end], axis=0, dtype=np.float64) for first, end in zip(rows, ends, strict=True))
+    return np.stack([join.reduceat(line, columns, axis=0) for line in lines])
