@@ -33,9 +33,13 @@ def disk_weights(radius_px: float) -> np.ndarray:
     if radius_px <= 0.5:
         return np.ones((1, 1))
     reach = math.ceil(radius_px - 0.5)
-    borders = np.arange(-reach, reach + 2) - 0.5
+    borders = np.maximum(np.arange(reach + 2) - 0.5, 0.0)  # of a quarter, in which the middle photosites are halved
     area = _corner_area(borders[None, :], borders[:, None], radius_px)
-    weights = np.maximum(np.diff(np.diff(area, axis=0), axis=1), 0.0)
+    quarter = np.maximum(np.diff(np.diff(area, axis=0), axis=1), 0.0)
+    quarter[0] *= 2.0
+    quarter[:, 0] *= 2.0
+    mirrored = np.abs(np.arange(-reach, reach + 1))
+    weights = quarter[mirrored[:, None], mirrored]
     return weights / weights.sum()
 
 
@@ -128,11 +132,11 @@ def _not_sharp(radius_px: float) -> float:
 def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
     """Area of the part of a disk about the origin whose coordinates are below x and y."""
     corner = np.sqrt(np.maximum(radius**2 - y**2, 0.0))  # half of the chord that the line y cuts from the disk
-    left, right = np.minimum(x, -corner), np.minimum(x, corner)
-    outer = _half_segment(left, radius) - _half_segment(-radius, radius)
-    outer = outer + _half_segment(np.maximum(x, corner), radius) - _half_segment(corner, radius)
-    middle = np.maximum(right + corner, 0.0)
-    inner = y * middle + _half_segment(right, radius) - _half_segment(np.minimum(-corner, right), radius)
+    # The integral grows with its end, so that it is taken of each x and y once: that to the lesser end is the lesser integral.
+    to_x, to_corner, whole = _half_segment(x, radius), _half_segment(corner, radius), _half_segment(radius, radius)
+    to_left, to_right = np.minimum(to_x, -to_corner), np.minimum(to_x, to_corner)
+    outer = to_left + whole + np.maximum(to_x - to_corner, 0.0)
+    inner = y * np.maximum(np.minimum(x, corner) + corner, 0.0) + to_right - to_left
     return np.where(y > 0, 2.0 * outer, 0.0) + np.where(np.abs(y) < radius, inner, 0.0)
 
 

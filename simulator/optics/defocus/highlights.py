@@ -23,6 +23,7 @@ CELL_PX = 32  # side of the sensor's cells in which the brightest highlights are
 MOST_PER_CELL = 16
 STEPS_PER_PX = 32  # resolution of radii [1 / photosite]; equal rounded radii share weights
 MOST_STEPS_PER_PX = 1024  # the same for the brightest lamps
+PAIRS_TOGETHER = 2**20  # of highlights and blocks that are looked at together
 
 
 def highlight_threshold(scene: Scene, weights: np.ndarray, times: float = BRIGHT) -> np.ndarray | None:
@@ -125,19 +126,37 @@ def lamp_steps(highlights: Highlights, samples_per_axis: int, accuracy: Accuracy
 
 def find_reaching(
     highlights: Highlights, pupil: Pupil, samples_per_axis: int, block_rows: np.ndarray, block_columns: np.ndarray
-) -> list[np.ndarray]:
-    """Find the highlights whose spots reach each block: indices.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the highlights whose spots reach each block: their indices, block after block, and how many each has, (blocks,).
 
     block_rows, block_columns: (blocks,) first photosite of each block in the band.
     """
     reach = np.abs(highlights.radii_px) * pupil.corner_radius + 1.5
-    rows, columns = (highlights.rows + 0.5) / samples_per_axis, (highlights.columns + 0.5) / samples_per_axis
-    reached_by = []
-    for top, left in zip(block_rows, block_columns, strict=True):
-        down = np.maximum(np.maximum(top - rows, rows - (top + BLOCK_ROWS)), 0.0)
-        across = np.maximum(np.maximum(left - columns, columns - (left + BLOCK_COLUMNS)), 0.0)
-        reached_by.append(np.flatnonzero(np.hypot(down, across) <= reach))
-    return reached_by
+    places = tuple((place + 0.5) / samples_per_axis for place in (highlights.rows, highlights.columns))
+    sides = (BLOCK_ROWS, BLOCK_COLUMNS)
+    rows, columns = (np.unique(begins, return_inverse=True) for begins in (block_rows, block_columns))
+    numbers = np.full((len(rows[0]), len(columns[0])), -1)
+    numbers[rows[1].reshape(-1), columns[1].reshape(-1)] = np.arange(len(block_rows))
+    spans = [
+        (np.searchsorted(begins, place - reach - side), np.searchsorted(begins, place + reach, side="right"))
+        for (begins, _), place, side in zip((rows, columns), places, sides, strict=True)
+    ]
+    first = [span[0] for span in spans]
+    tall, wide = (np.maximum(after - before, 0) for before, after in spans)
+    pairs = tall * wide  # of a highlight and a block near it
+    found = []
+    for own in np.split(np.arange(len(pairs)), np.flatnonzero(np.diff(np.cumsum(pairs) // PAIRS_TOGETHER)) + 1):
+        every = np.repeat(own, pairs[own])
+        place = np.arange(len(every)) - np.repeat(np.cumsum(pairs[own]) - pairs[own], pairs[own])
+        cell = first[0][every] + place // wide[every], first[1][every] + place % wide[every]
+        away = []
+        for axis, (begins, _) in enumerate((rows, columns)):
+            begin, at = begins[cell[axis]], places[axis][every]
+            away.append(np.maximum(np.maximum(begin - at, at - (begin + sides[axis])), 0.0))
+        kept = (numbers[cell] >= 0) & (np.hypot(*away) <= reach[every])
+        found.append(np.stack([numbers[cell][kept], every[kept]]))
+    blocks, reaching = np.concatenate(found, axis=1)
+    return reaching[np.argsort(blocks, kind="stable")], np.bincount(blocks, minlength=len(block_rows))
 
 
 def spot_weights(

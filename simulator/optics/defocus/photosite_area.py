@@ -89,6 +89,8 @@ class PhotositeArea:
 
         Shares of both axes multiply, so that rows are averaged first and columns after them.
         """
+        if samples_per_axis == 1:
+            return weights
         size = weights.shape[-1]
         rows = np.zeros((*weights.shape[:-1], size + samples_per_axis - 1))
         spread = np.zeros((*weights.shape[:-2], size + samples_per_axis - 1, size + samples_per_axis - 1))

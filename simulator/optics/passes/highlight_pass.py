@@ -62,10 +62,9 @@ class HighlightPass:
         else:
             visible = self.highlights.select(shows_dots(self.highlights, band.defocus.accuracy))
             self.highlights = select_brightest(visible, band.samples_per_axis, first_row)
-        self.lists = find_reaching(
+        self.reaching, self.counts = find_reaching(
             self.highlights, self._pupil, band.samples_per_axis, places[:, 1].astype(int), 2 * places[:, 0].astype(int)
         )
-        self.reached = np.array([len(own) > 0 for own in self.lists])
 
     @property
     def any(self) -> bool:
@@ -111,10 +110,9 @@ class HighlightPass:
 
         light: (mosaics, height, width) float32. bands: of each mosaic, fields of `struct row_band` of kernels/row_band.h.
         """
-        highlights, lists = self.highlights, [own for own in self.lists if len(own)]
-        if not lists:
+        highlights, counts = self.highlights, self.counts[self.counts > 0]
+        if not len(counts):
             return
-        counts = np.array([len(own) for own in lists])
         weights, first, side = spot_weights(
             highlights,
             self._pupil,
@@ -126,14 +124,14 @@ class HighlightPass:
         )
         spots = [highlights.columns, highlights.rows, highlights.layers, first, side]
         arrays = {
-            "blocks": self.places[self.reached],
+            "blocks": self.places[self.counts > 0],
             "ranges": np.stack([np.cumsum(counts) - counts, counts], axis=-1).astype(np.uint32),
-            "reaching": np.concatenate(lists).astype(np.uint32),
+            "reaching": self.reaching.astype(np.uint32),
             "highlights": np.stack(spots, axis=-1).astype(np.int32),
             "excess": np.vstack([highlights.radii_px, highlights.slopes, highlights.excess]).T.astype(np.float32),
             "weights": weights,
         }
-        size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))
+        size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(counts))
         buffers = self._upload(arrays)
         buffers |= {"radius": self.band.radius, "slabs": slabs, "light": light}
         for band in bands:

@@ -207,16 +207,17 @@ def test_the_brightest_of_each_cell_are_kept_wherever_the_band_begins():
     assert set(both.excess[0][both.radii_px > 1.0]) == set(select_brightest(large, 1, 0).excess[0])
 
 
-def test_a_highlight_reaches_the_blocks_that_its_spot_touches():
-    lights = some_highlights([100], [200], [20.0])
-    corners = np.array([(row, column) for row in range(0, 200, 8) for column in range(0, 400, 32)])
-    lists = find_reaching(lights, Pupil(), 1, corners[:, 0], corners[:, 1])
-    y, x = np.mgrid[:200, :400]
-    touched = np.hypot(x - 200, y - 100) <= 20.0
-    for (row, column), own in zip(corners, lists, strict=True):
-        if touched[row : row + 8, column : column + 32].any():
-            assert own.tolist() == [0]
-    assert sum(len(own) for own in lists) < 40  # of 325
+def test_highlights_reach_the_blocks_that_their_spots_touch():
+    generator = np.random.default_rng(8)
+    lights = some_highlights(*generator.integers(-20, 420, (2, 300)), generator.uniform(-60.0, 60.0, 300))
+    corners = np.array(
+        [(row, column) for row in range(0, 200, 8) for column in range(0, 400, 32) if (row, column) != (96, 192)]
+    )
+    reaching, counts = find_reaching(lights, Pupil(), 1, corners[:, 0], corners[:, 1])
+    y, x = lights.rows + 0.5, lights.columns + 0.5
+    for (row, column), own in zip(corners, np.split(reaching, np.cumsum(counts)[:-1]), strict=True):
+        away = np.hypot(y - np.clip(y, row, row + 8), x - np.clip(x, column, column + 32))
+        assert own.tolist() == np.flatnonzero(away <= np.abs(lights.radii_px) + 1.5).tolist()
 
 
 @pytest.mark.parametrize("samples_per_axis", [1, 2])
