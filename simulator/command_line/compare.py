@@ -33,12 +33,14 @@ def compare(subjects: list[str], settings: list[str], names: list[str], isos: li
         if "study" in kinds:
             others = [one for one, kind in zip(subjects, kinds, strict=True) if kind != "study"]
             require(not others, "subjects", ", ".join(others), "is no folder of a study; compare studies with studies")
-            plots = _study_plots([Path(one) for one in subjects], names)
+            plots = _study_plots(subjects, names)
         elif "raw" in kinds:
             plots = _raw_plots(subjects, kinds, settings, names, isos)
         else:
-            found = _distinct([_compared(one, settings, isos) for one in subjects])
-            plots = [_on_sensor(plot, subject) for subject in found for plot in plots_of(subject, names)]
+            found = [_compared(one, settings, isos) for one in subjects]
+            told = _distinct([one.name for one in found], subjects)
+            named = [replace(one, name=name) for one, name in zip(found, told, strict=True)]
+            plots = [_on_sensor(plot, subject) for subject in named for plot in plots_of(subject, names)]
         write_plots(overlay(plots), ", ".join(dict.fromkeys(_subjects_of(plots))), out, table)
 
 
@@ -68,43 +70,38 @@ def _compared(name: str, settings: list[str], isos: list[int]) -> Subject:
     return replace(subject, setting=replace(subject.setting, isos=tuple(sorted(nearest))))
 
 
-def _distinct(subjects: list[Subject]) -> list[Subject]:
-    """Return the subjects with names that differ: of two alike, the second has a number."""
-    names: list[str] = []
-    for subject in subjects:
-        same = sum(name.partition(" (")[0] == subject.name for name in names)
-        names.append(subject.name if not same else f"{subject.name} ({same + 1})")
-    return [replace(subject, name=name) for subject, name in zip(subjects, names, strict=True)]
+def _distinct(names: Sequence[str], subjects: Sequence[str]) -> list[str]:
+    """Return names that differ: those alike give way to the subjects as they were given; of one given twice, a number tells.
+
+    subjects: the name or path of each, as the command has it.
+    """
+    shown = [str(Path(subject)) if names.count(name) > 1 else name for name, subject in zip(names, subjects, strict=True)]
+    before = [shown[:index].count(name) for index, name in enumerate(shown)]
+    return [f"{name} ({count + 1})" if count else name for name, count in zip(shown, before, strict=True)]
 
 
 def _raw_plots(subjects: list[str], kinds: list[str], settings: list[str], names: list[str], isos: list[int]) -> list[Plot]:
     """Plots of raw files, and of each camera at the ISO and time of each file."""
-    raws = [read_raw_file(one, any_pattern=True) for one, kind in zip(subjects, kinds, strict=True) if kind == "raw"]
-    plots = [plot for raw in raws for plot in raw_plots(raw)]
-    for one, kind in zip(subjects, kinds, strict=True):
-        if kind == "raw":
-            continue
+    files = [one for one, kind in zip(subjects, kinds, strict=True) if kind == "raw"]
+    cameras = [one for one, kind in zip(subjects, kinds, strict=True) if kind != "raw"]
+    raws = [read_raw_file(one, any_pattern=True) for one in files]
+    exposures = dict.fromkeys((iso, raw.exposure_time_s) for raw in raws for iso in isos or (raw.iso,))
+    found = [raw_plots(raw) for raw in raws]
+    for one in cameras:
         camera = find_subject(one, settings, []).setting.camera
-        exposures: dict[tuple[float | None, float | None], None] = {}
-        for raw in raws:
-            exposures |= dict.fromkeys((iso, raw.exposure_time_s) for iso in isos or (raw.iso,))
-        for iso, time_s in exposures:
-            plots += model_plots(camera, iso, time_s)
-    return wanted_plots(plots, names)
+        found.append([plot for iso, time_s in exposures for plot in model_plots(camera, iso, time_s)])
+    told = _distinct([plots[0].lines[0].subject for plots in found], [*files, *cameras])
+    return wanted_plots([plot.about(name) for plots, name in zip(found, told, strict=True) for plot in plots], names)
 
 
-def _study_plots(folders: list[Path], names: list[str]) -> list[Plot]:
+def _study_plots(folders: list[str], names: list[str]) -> list[Plot]:
     """Plots that several studies have, each with its own colour. names: of plots, by their beginnings; none: all."""
     from simulator.studies.report.study_input import open_study
     from simulator.studies.report.study_plots import study_plots
 
-    studies = [open_study(folder) for folder in folders]
-    same = len({study.name for study in studies}) < len(studies)
-    found = [
-        plot.about(str(folder) if same else study.name)
-        for folder, study in zip(folders, studies, strict=True)
-        for plot in study_plots(study)
-    ]
+    studies = [open_study(Path(folder)) for folder in folders]
+    told = _distinct([study.name for study in studies], folders)
+    found = [plot.about(name) for study, name in zip(studies, told, strict=True) for plot in study_plots(study)]
     known = list(dict.fromkeys(plot.name for plot in found))
     for name in names:
         if name not in known:

@@ -51,6 +51,32 @@ def test_raw_files_and_the_model_of_their_camera_share_each_plot(capsys, tmp_pat
 
 
 @pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (("a/x.dng", "b/x.dng", "y.dng"), {"a/x.dng", "b/x.dng", "y.dng"}),
+        (("a/x.dng", "./a/x.dng"), {"a/x.dng", "a/x.dng (2)"}),
+        (("a/x.dng", "y.dng"), {"x.dng", "y.dng"}),
+    ],
+)
+def test_raw_files_of_one_name_are_subjects_of_their_own(capsys, tmp_path, monkeypatch, given, told):
+    monkeypatch.chdir(tmp_path)
+    for seed, name in enumerate(("a/x.dng", "b/x.dng", "y.dng"), 1):
+        write_dng(random_frame(seed=seed), tmp_path / name)
+    code, _, _ = run(capsys, *given, "--csv", "c.csv")
+    assert code == 0 and {row["subject"] for row in rows_of(tmp_path / "c.csv")} == told
+
+
+def test_cameras_of_one_model_are_told_apart_by_their_files(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_dng(random_frame(seed=1), tmp_path / "x.dng")
+    for name, bits in (("a", 14), ("b", 12)):
+        (tmp_path / f"{name}.yaml").write_text(f"base: sony_a7s2\nbit_depth: {bits}\n")
+    for subjects in (("a.yaml", "b.yaml"), ("x.dng", "a.yaml", "b.yaml")):
+        code, _, err = run(capsys, *subjects, "--csv", "c.csv")
+        assert (code, {row["subject"] for row in rows_of(tmp_path / "c.csv")}) == (0, set(subjects)), err
+
+
+@pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (("sony_a7s2",), "give two or more to compare"),
