@@ -1,13 +1,16 @@
 """`photosite calibrate`."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from rich.markup import escape
 from rich.table import Table
 
 from simulator.atomic_files import atomic_write
+from simulator.command_line.output_file import check_output
 from simulator.command_line.screen import console, show_progress, tell
-from simulator.config import dump_yaml
+from simulator.config import dump_yaml, response_name
+from simulator.config.source_files import camera_files
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.assumed_numbers import assumed_numbers
 from simulator.measurement.calibration.camera_measurement import Calibration, dynamic_range_stops, measure_camera
@@ -26,6 +29,7 @@ def calibrate_files(
     Raises PhotositeError.
     """
     paths = raw_files(files)
+    check_output(out, "--out", (".yaml", ".yml"), lambda: [*paths, *_named_files(base, response)])
     with show_progress("reading") as progress:
         frames = read_frames(paths, progress)
         groups, notes = problems(by_iso(frames))
@@ -39,6 +43,14 @@ def calibrate_files(
     if plots:
         _draw(found, name, out.with_suffix(".png"))
     return out
+
+
+def _named_files(base: str | None, response: str | None) -> Iterator[Path]:
+    """Yield the files of the base camera, and that of the response."""
+    if base is not None:
+        yield from camera_files(base)
+    if response is not None:
+        yield Path(response_name(response, "--response"))
 
 
 def _draw(found: Calibration, name: str, path: Path) -> None:

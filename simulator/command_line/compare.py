@@ -1,19 +1,19 @@
 """`photosite compare`: cameras and shots, studies, raw files, or raw files and models of cameras, in the same plots."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from simulator.command_line.plot import find_subject, write_plots
+from simulator.command_line.plot import check_names, files_of, find_subject, write_plots
 from simulator.command_line.screen import show_waiting
 from simulator.config.emva_sheet import SUFFIXES
 from simulator.errors import PhotositeError, require
 from simulator.measurement.curves.lens_plots import mtf_on_sensor
 from simulator.measurement.curves.raw_plots import model_plots, raw_plots, wanted_plots
 from simulator.measurement.curves.subject import Subject, plots_of
-from simulator.measurement.report.figures import check_format
 from simulator.measurement.report.plot import Plot, overlay
 from simulator.raw.raw_reader import read_raw_file
+from simulator.studies.study_folder import TABLE
 
 MODEL_FILES = (".yaml", ".yml", ".json", *SUFFIXES)  # of shots, cameras and data sheets
 COMPARED_ISOS = (100, 1600)  # of cameras, where none is given: the nearest that they have
@@ -26,9 +26,9 @@ def compare(subjects: list[str], settings: list[str], names: list[str], isos: li
     settings: of cameras and shots. names: of plots; none: all. isos: of the curves over the signal, and of models where raw
     files do not say theirs. out: figure. table: CSV file of the numbers; None: none.
     """
-    check_format(out, "--out")
     require(len(subjects) > 1, "subjects", subjects[0] if subjects else "", "give two or more to compare")
     kinds = [_kind_of(one) for one in subjects]
+    check_names(out, table, lambda: _inputs(subjects, kinds, settings))
     with show_waiting("curves"):
         if "study" in kinds:
             others = [one for one, kind in zip(subjects, kinds, strict=True) if kind != "study"]
@@ -58,6 +58,15 @@ def _kind_of(subject: str) -> str:
     if path.is_dir():
         return "study"
     return "raw" if path.suffix and path.suffix.lower() not in MODEL_FILES else "model"
+
+
+def _inputs(subjects: list[str], kinds: list[str], settings: list[str]) -> Iterator[Path]:
+    """Yield the files that the subjects are read from."""
+    for one, kind in zip(subjects, kinds, strict=True):
+        if kind == "model":
+            yield from files_of(one, settings)
+        else:
+            yield Path(one) / TABLE if kind == "study" else Path(one)
 
 
 def _compared(name: str, settings: list[str], isos: list[int]) -> Subject:

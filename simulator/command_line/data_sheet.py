@@ -5,9 +5,10 @@ from pathlib import Path
 from rich.markup import escape
 from rich.table import Table
 
+from simulator.command_line.output_file import check_output
 from simulator.command_line.screen import console, show_files
 from simulator.config import length_um, load_camera
-from simulator.errors import require
+from simulator.config.source_files import camera_files
 from simulator.measurement.curves.stated_sheet import stated_sheet
 from simulator.measurement.emva1288.xml_sheet import STANDARD, sheet_rows, write_xml_sheet
 
@@ -17,7 +18,7 @@ def show_sheet(camera: str, settings: list[str], iso: int | None, wavelength: st
     from rich.box import SIMPLE_HEAD
 
     if out is not None:
-        require(out.suffix.lower() == ".xml", "--out", out, "name an XML file, such as sheet.xml")
+        check_output(out, "--out", (".xml",), lambda: camera_files(camera, settings))
     nm = None if wavelength is None else 1e3 * length_um(wavelength, "--wavelength")
     body = load_camera(camera, settings)
     sheet = stated_sheet(body, body.isos[0] if iso is None else iso, nm)

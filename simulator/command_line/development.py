@@ -3,8 +3,9 @@
 from pathlib import Path
 from typing import Any
 
+from simulator.command_line.output_file import check_output
 from simulator.errors import PhotositeError
-from simulator.raw.development import develop, write_image
+from simulator.raw.development import PICTURE_SUFFIXES, develop, write_image
 
 
 def develop_file(raw: Path, out: Path | None, settings: dict[str, Any], white_balance: str, bits: int | None) -> Path:
@@ -16,6 +17,7 @@ def develop_file(raw: Path, out: Path | None, settings: dict[str, Any], white_ba
     target = out or raw.with_suffix(".exr" if metric else ".png")
     if metric and target.suffix.lower() not in (".exr", ".tif", ".tiff"):
         raise PhotositeError("metric output goes below 0 and above 1; give an .exr or .tif file", key="--out", value=target)
+    check_output(target, "--out", PICTURE_SUFFIXES, lambda: [raw])
     if bits is None:
         bits = 8 if target.suffix.lower() in (".png", ".jpg", ".jpeg") else 16
     choice = settings | {"white_balance": _parse_white_balance(white_balance), "bits": bits}
@@ -30,11 +32,10 @@ def develop_sheet(raw: Path, out: Path | None, settings: dict[str, Any], white_b
     """
     from simulator.command_line.development_sheet import draw_sheet
     from simulator.command_line.screen import show_waiting
-    from simulator.measurement.report.figures import write_figure
+    from simulator.measurement.report.figures import FORMATS, write_figure
 
     target = out or raw.with_suffix(".sheet.png")
-    if target.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise PhotositeError("a sheet is a .png, .svg or .pdf file", key="--out", value=target)
+    check_output(target, "--out", FORMATS, lambda: [raw])
     choice = settings | {"white_balance": _parse_white_balance(white_balance)}
     with show_waiting("sheet"):
         write_figure(draw_sheet(raw, choice), target)

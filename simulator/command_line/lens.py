@@ -5,7 +5,7 @@ import json
 import math
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -13,9 +13,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.command_line.lens_numbers import LensNumber, exposure_value_numbers, list_numbers, metres, write_number
+from simulator.command_line.output_file import check_output
 from simulator.command_line.screen import console, show_files
 from simulator.config import distance_m, length_um, lens_option, load_camera, load_shot, locate_errors, time_s
+from simulator.config.source_files import camera_files, shot_files
 from simulator.errors import PhotositeError, require
+from simulator.measurement.report.figures import FORMATS
 from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.sensor_formats import SENSOR_FORMATS
@@ -46,6 +49,13 @@ class Choice:
         given = {f"--{name.replace('_', '-')}": getattr(self, name) for name in _LENS_OPTIONS}
         return {option: value for option, value in given.items() if value is not None}
 
+    def settings_of_shot(self, settings: list[str]) -> list[str]:
+        """Return the settings of a shot with those of the options behind them, as `--set` takes them."""
+        keys = {"camera": self.camera, "exposure.time": self.time, "exposure.iso": self.iso}
+        changes = [f"{key}={value}" for key, value in keys.items() if value is not None]
+        changes += [f"lens.{option[2:].replace('-', '_')}={value}" for option, value in self.lens_options().items()]
+        return [*settings, *changes]
+
 
 @dataclass(frozen=True)
 class LensOnSensor:
@@ -74,6 +84,8 @@ class LensOnSensor:
 def show_lens(shot: str | None, choice: Choice, settings: list[str], layout: str, plot: Path | None) -> None:
     """Print the numbers, and draw them into `plot`. Raises PhotositeError."""
     require(layout in LAYOUTS, "--format", layout, f"give one of {', '.join(LAYOUTS)}")
+    if plot is not None:
+        check_output(plot, "--plot", FORMATS, lambda: _inputs(shot, choice, settings))
     shown = _choose_by_options(choice, settings) if shot is None else _choose_of_shot(shot, choice, settings)
     numbers = shown.numbers()
     if plot is not None:
@@ -85,6 +97,14 @@ def show_lens(shot: str | None, choice: Choice, settings: list[str], layout: str
     else:
         console().print(_make_table(shown, numbers))
     show_files(plot, is_data=layout != "table")
+
+
+def _inputs(shot: str | None, choice: Choice, settings: list[str]) -> Iterator[Path]:
+    """Yield the files that the shot, or the camera without one, is read from."""
+    if shot is not None:
+        yield from shot_files(shot, choice.settings_of_shot(settings))
+    elif choice.camera is not None:
+        yield from camera_files(choice.camera)
 
 
 def _choose_by_options(choice: Choice, settings: list[str]) -> LensOnSensor:
@@ -111,10 +131,7 @@ def _choose_by_options(choice: Choice, settings: list[str]) -> LensOnSensor:
 
 def _choose_of_shot(path: str, choice: Choice, settings: list[str]) -> LensOnSensor:
     """Return the lens of a shot with the options laid over it. Raises PhotositeError."""
-    keys = {"camera": choice.camera, "exposure.time": choice.time, "exposure.iso": choice.iso}
-    changes = [f"{key}={value}" for key, value in keys.items() if value is not None]
-    changes += [f"lens.{option[2:].replace('-', '_')}={value}" for option, value in choice.lens_options().items()]
-    texts = [*settings, *changes]
+    texts = choice.settings_of_shot(settings)
     shot = load_shot(path, texts)
     with locate_errors(path, texts):
         shot = _settle(shot)
@@ -212,5 +229,4 @@ def _draw(shown: LensOnSensor, path: Path) -> None:
     rule = "only a lens that focuses has this picture; leave --plot out"
     if not isinstance(lens, ThinLens):
         raise PhotositeError(rule, key="--plot", value=path)
-    require(path.suffix in (".png", ".svg", ".pdf"), "--plot", path, "give a name that ends in .png, .svg or .pdf")
     write_figure(draw_lens(lens, shown.sensor_mm, shown.distances_m, shown.name), path)

@@ -9,13 +9,14 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
+from simulator.command_line.output_file import check_output
 from simulator.command_line.screen import console, show_files, tell
 from simulator.config import length_um
 from simulator.errors import PhotositeError
 from simulator.measurement.quantities.measured_frame import Area, MeasuredFrame, Plane
 from simulator.measurement.quantities.mtf import Mtf
 from simulator.measurement.quantities.quantity import Measured
-from simulator.measurement.report.figures import check_format, write_figure
+from simulator.measurement.report.figures import FORMATS, write_figure
 from simulator.measurement.statistics.edge_search import SIDES_PX, find_edges
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ SHOWN_PER_PX = 0.75  # frequencies of the plot
 def measure_edges(path: Path, areas: list[str], most: int, pixel_pitch: str | None, plot: Path | None, as_json: bool) -> None:
     """Print a line for each colour of each edge, and draw them. Raises PhotositeError."""
     if plot is not None:
-        check_format(plot, "--plot")
+        check_output(plot, "--plot", FORMATS, lambda: [path])
     pitch_um = None if pixel_pitch is None else length_um(pixel_pitch, "--pixel-pitch")
     frame = MeasuredFrame.from_file(path)
     edges = {area: _measure_planes(frame, area) for area in ([_to_area(text) for text in areas] or _search(frame, most))}

@@ -146,7 +146,9 @@ def schema(
         print(text)
         return
     from simulator.atomic_files import atomic_write
+    from simulator.command_line.output_file import check_output
 
+    check_output(out, "--out", (".json",))
     with atomic_write(out) as path:
         path.write_text(text + "\n", encoding="utf-8")
     print(out)

@@ -1,33 +1,38 @@
 """`photosite plot`: curves of a camera, or of the camera and lens of a shot, as a figure and as numbers."""
 
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from simulator.color.color_tables import CONFIGS
+from simulator.command_line.output_file import check_output
 from simulator.command_line.screen import show_waiting, tell
 from simulator.config import load_camera, load_shot, named_file
 from simulator.config.document import read_document
 from simulator.config.emva_sheet import SUFFIXES
+from simulator.config.source_files import camera_files, shot_files
 from simulator.errors import PhotositeError, require
 from simulator.measurement.curves.subject import Subject, camera_subject, plots_of, shot_subject
-from simulator.measurement.report.figures import check_format, plots_figure, write_figure
+from simulator.measurement.report.figures import FORMATS, plots_figure, write_figure
 from simulator.measurement.report.plot import Plot, overlay, write_plots_csv
 
 
 def draw_plots(subject: str, settings: list[str], names: list[str], isos: list[int], out: Path, table: Path | None) -> None:
-    """Draw the plots of one camera or shot. Raises PhotositeError."""
-    draw_subjects([find_subject(subject, settings, isos)], names, out, table)
+    """Draw the plots of one camera or shot. Raises PhotositeError.
 
-
-def draw_subjects(subjects: list[Subject], names: list[str], out: Path, table: Path | None) -> None:
-    """Draw plots of cameras and shots, those of one name together. Raises PhotositeError.
-
-    names: of the plots, see PLOTS; none: all that a subject has. out: figure, its suffix says the format. table: CSV file of
+    names: of the plots, see PLOTS; none: all that the subject has. out: figure, its suffix says the format. table: CSV file of
     the numbers; None: none.
     """
-    check_format(out, "--out")
+    check_names(out, table, lambda: files_of(subject, settings))
+    found = find_subject(subject, settings, isos)
     with show_waiting("curves"):
-        plots = overlay([plot for subject in subjects for plot in plots_of(subject, names)])
-        write_plots(plots, " and ".join(subject.name for subject in subjects), out, table)
+        write_plots(overlay(plots_of(found, names)), found.name, out, table)
+
+
+def check_names(out: Path, table: Path | None, inputs: Callable[[], Iterable[Path]]) -> None:
+    """Raise PhotositeError where figure or table cannot have these names. inputs: as of `check_output`."""
+    check_output(out, "--out", FORMATS, inputs)
+    if table is not None:
+        check_output(table, "--csv", (".csv",), inputs)
 
 
 def write_plots(plots: list[Plot], title: str, out: Path, table: Path | None) -> None:
@@ -51,6 +56,11 @@ def find_subject(name: str, settings: list[str], isos: list[int]) -> Subject:
     if _is_camera(name):
         return camera_subject(load_camera(name, settings), isos)
     return shot_subject(load_shot(name, settings), isos)
+
+
+def files_of(name: str, settings: list[str]) -> Iterator[Path]:
+    """Yield the files that a subject as of `find_subject` is read from. Raises PhotositeError."""
+    yield from camera_files(name, settings) if _is_camera(name) else shot_files(name, settings)
 
 
 def _is_camera(name: str) -> bool:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from simulator.command_line.output_file import check_output
 from simulator.command_line.screen import show_files, show_waiting
 from simulator.measurement.report.html import write_page
 from simulator.studies.report.page import report_page
@@ -16,9 +17,12 @@ def write_report(folder: Path, out: Path | None, pdf: Path | None) -> None:
 
     out: HTML page; None: report.html in the study's folder. pdf: None: no PDF. Raises PhotositeError.
     """
+    page = folder / PAGE if out is None else out
+    check_output(page, "--out", (".html", ".htm"))
     if pdf is not None:
+        check_output(pdf, "--pdf", (".pdf",))
         check_browser(pdf)
-    study, page = open_study(folder), folder / PAGE if out is None else out
+    study = open_study(folder)
     with show_waiting("report"):
         write_page(report_page(study), page)
         if pdf is not None:

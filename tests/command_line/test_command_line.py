@@ -293,7 +293,7 @@ def test_devices_lists_the_default(capsys):
         (["explain", "none.yaml"], "none.yaml: no such file"),
         (["explain", FLAT, "--patch", "18"], "patch = 18: give a reflectance"),
         (["develop", "none.dng"], "none.dng"),
-        (["schema", "--out", "/dev/null/x"], "/dev/null/x"),
+        (["schema", "--out", "/dev/null/x.json"], "/dev/null/x.json"),
     ],
 )
 def test_an_error_is_told_on_stderr_with_status_1_and_no_traceback(capsys, tmp_path, monkeypatch, arguments, message):

@@ -49,7 +49,7 @@ def test_the_sheet_is_a_picture_beside_the_raw_file(tmp_path):
     settings = {name: value for name, value in SETTINGS.items() if name != "white_balance"}
     assert develop_sheet(path, None, settings | {"output": "srgb"}, "camera") == tmp_path / "a.sheet.png"
     assert (tmp_path / "a.sheet.png").read_bytes()[:4] == b"\x89PNG"
-    with pytest.raises(PhotositeError, match=r"--out .*a\.exr: a sheet is a \.png"):
+    with pytest.raises(PhotositeError, match=r"--out .*a\.exr: end the name with \.svg"):
         develop_sheet(path, tmp_path / "a.exr", settings, "camera")
 
 

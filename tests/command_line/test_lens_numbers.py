@@ -185,7 +185,7 @@ def test_a_pinhole_has_the_numbers_that_a_hole_has(capsys):
         ((*FIFTY, "--time", "0s"), "--time 0s: the shutter must open"),
         ((*FIFTY, "--format", "xml"), "--format xml: give one of table, json, csv"),
         ((*FIFTY, "--camera", "sony_a7s3"), "did you mean `sony_a7s2`"),
-        ((*FIFTY, "--plot", "lens.bmp"), "--plot lens.bmp: give a name that ends in .png"),
+        ((*FIFTY, "--plot", "lens.bmp"), "--plot lens.bmp: end the name with .svg, .png, .pdf"),
         (("lens", "color_cheker"), "did you mean `color_checker`"),
     ],
 )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simulator.atomic_files import atomic_write
-from simulator.errors import PhotositeError, require
+from simulator.errors import PhotositeError
 from simulator.measurement.report.plot import Plot, Scale, axis_label
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ COLORS = ("#3d3d9e", "#c4500a", "#00795c", "#2a8fbd", "#222222", "#a3143c", "#8c
 DASHES = ("-", (0, (5, 2)), (0, (1, 1.4)), (0, (6, 1.5, 1, 1.5)))
 MARKERS = "os^Dvx"
 MOST_VECTORS = 3000  # points of a line from which on an SVG holds it as pixels
-FORMATS = ("svg", "png", "pdf")  # that a file name may end with
+FORMATS = (".svg", ".png", ".pdf")  # that a file name may end with
 DIALS = {  # labels of an axis in steps of a dial: full stops
     "iso": [100.0 * 4.0**power for power in range(-2, 9)],
     "dial": [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0],
@@ -108,12 +108,6 @@ def plot_svg(plot: Plot) -> str:
     figure, (axes,) = new_figure(1, 1, 5.6, 3.9)
     draw_plot(axes, plot, has_title=False)
     return svg_of(figure)
-
-
-def check_format(path: str | os.PathLike[str], key: str) -> None:
-    """Raise PhotositeError for a file name that ends with no format of figures. key: option that gave it."""
-    suffix = os.path.splitext(os.fspath(path))[1].lower().removeprefix(".")
-    require(suffix in FORMATS, key, os.fspath(path), f"end the name with .{', .'.join(FORMATS)}")
 
 
 def draw_plot(axes: "Axes", plot: Plot, has_title: bool = True) -> None:

@@ -6,9 +6,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from simulator.errors import PhotositeError
 from simulator.measurement.quantities import Curve
-from simulator.measurement.report.figures import COLORS, check_format, plot_svg, plots_figure, write_figure
+from simulator.measurement.report.figures import COLORS, plot_svg, plots_figure, write_figure
 from simulator.measurement.report.plot import Line, Mark, Plot, overlay, write_plots_csv
 
 # Machado, Oliveira and Fernandes (2009), severity 1, on linear RGB.
@@ -82,11 +81,6 @@ def test_a_file_has_the_format_of_its_name_and_the_same_bytes_each_time(tmp_path
     first, second = ((tmp_path / f"{name}.{suffix}").read_bytes() for name in ("first", "second"))
     assert first == second
     assert {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}[suffix] == first[: 5 if suffix == "svg" else 4]
-
-
-def test_another_format_is_refused():
-    with pytest.raises(PhotositeError, match=r"--out plot\.gif: end the name with \.svg, \.png, \.pdf"):
-        check_format("plot.gif", "--out")
 
 
 def test_plots_of_one_name_are_laid_over_each_other():
