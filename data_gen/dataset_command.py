@@ -31,7 +31,7 @@ def make(
     config = load_data_set(path, settings)
     with show_progress("samples") as progress:
         outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress, decoded=decoded)
-    _show_problems(outcome.problems)
+    _show_problems(outcome.problems, f"; {outcome.manifest.name} lists all")
     tell(f"{format_count(outcome.made, 'shard')} made, {outcome.kept} already there")
     print(outcome.manifest)
 
@@ -74,14 +74,15 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
     for name, value in rows.items():
         table.add_row(name, escape(value))
     console().print(table)
-    _show_problems(found.problems)
+    made = f" for the {format_count(found.made, 'sample')} made for this estimate"
+    _show_problems(found.problems, f"{made}; those of the data set are counted when it is made")
     if needed > free:
         tell(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
 
 
-def _show_problems(problems: dict[str, int]) -> None:
-    """Print the first problems of pictures, and how many there are."""
+def _show_problems(problems: dict[str, int], rest: str) -> None:
+    """Print the first problems of pictures, and how many there are. rest: of the line that says this."""
     for message, count in list(problems.items())[:SHOWN_PROBLEMS]:
-        tell(f"skipped: {message} (drawn for {count} samples)")
+        tell(f"skipped: {message} (drawn for {format_count(count, 'sample')})")
     if problems:
-        tell(f"{len(problems)} problems, met by {sum(problems.values())} samples; manifest.json lists all")
+        tell(f"{format_count(len(problems), 'problem')}, drawn {format_count(sum(problems.values()), 'time')}{rest}")

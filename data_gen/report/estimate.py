@@ -31,7 +31,8 @@ class Estimate:
     decodings: how often a photograph is decoded, beginning with an empty cache. seconds_per_decoding: file to cache.
     decoded_bytes: of the photographs that are drawn. pictures: of each collection.
     ratios: least and greatest exposure ratio.
-    problems: what was wrong with pictures of the batch -> samples that had drawn them.
+    made: samples that were made to measure this, the first ones of the data set and, where it has fewer, others behind them.
+    problems: what was wrong with pictures -> samples, of those that were made, that had drawn them.
     """
 
     shards: int
@@ -44,6 +45,7 @@ class Estimate:
     decoded_bytes: float
     pictures: dict[str, int]
     ratios: tuple[float, float]
+    made: int
     problems: dict[str, int]
 
     @property
@@ -89,7 +91,8 @@ def estimate(config: DataSet, device: str | None = None, decoded: DecodedPicture
         decoded_bytes=different * bytes_each,
         pictures=listed,
         ratios=support_of(config.ratio_distribution),
-        problems={message: len(drew) for message, drew in generator.problems.items()},
+        made=made,
+        problems={message: len(set(drew)) for message, drew in generator.problems.items()},
     )
 
 

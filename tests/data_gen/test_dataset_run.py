@@ -1,6 +1,7 @@
 """`photosite dataset`: the same bytes for any number of workers and restarts, and bad pictures are counted, not hidden."""
 
 import json
+import re
 import shutil
 
 import numpy as np
@@ -132,6 +133,18 @@ def test_bad_pictures_are_counted_and_change_no_other_sample(tmp_path):
         assert np.array_equal(one.noisy_dn, other.noisy_dn) != replaced
         assert other.source in ("leaves/0.png", "leaves/3.png")
     assert run(small_config(bad, PHOTOS), bad / "out").problems == outcome.problems
+
+
+def test_a_dry_run_says_of_what_its_problems_are_and_names_no_file(tmp_path, capsys):
+    found = estimate(small_config(photographs(tmp_path, True), PHOTOS))
+    assert 0 < max(found.problems.values()) <= found.made
+    file, out = tmp_path / "small.yaml", tmp_path / "out"
+    assert command("dataset", file, "--out", out, "--dry-run") == 0
+    told = capsys.readouterr().err
+    assert re.search(r"problems, drawn \d+ times for the \d+ samples made for this estimate; ", told)
+    assert "manifest.json" not in told and not out.exists()
+    assert command("dataset", file, "--out", out) == 0
+    assert re.search(r"problems?, drawn \d+ times?; manifest\.json lists all", capsys.readouterr().err)
 
 
 def test_bad_pictures_are_refused_all_at_once(tmp_path):
