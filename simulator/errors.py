@@ -127,6 +127,19 @@ def file_error(rule: str, file: str | os.PathLike, key: str | None = None) -> Ph
     return PhotositeError(rule, file=file) if key is None else PhotositeError(rule, key=key, value=file)
 
 
+def check_file(file: str | os.PathLike, key: str | None = None) -> None:
+    """Raise PhotositeError where no file is there, or a folder is. file: named by the message as `reading` does."""
+    if not os.path.isfile(file):
+        raise file_error(f"{why_no_file(file)}; check the path", file, key)
+
+
+def why_no_file(path: str | os.PathLike) -> str:
+    """Return what is wrong with a path that names no file."""
+    if os.path.isdir(path):
+        return "is a folder, not a file"
+    return "is no plain file" if os.path.exists(path) else "no such file"
+
+
 def _one_line(error: Exception) -> str:
     """Return what a library says, one line that can be printed."""
     if isinstance(error, UnicodeEncodeError):

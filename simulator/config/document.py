@@ -10,7 +10,7 @@ import yaml
 
 from simulator.color.color_tables import CONFIGS
 from simulator.config.yaml_dialect import LibraryLoader, PlainLoader
-from simulator.errors import PhotositeError, place_text, reading
+from simulator.errors import PhotositeError, place_text, reading, why_no_file
 from simulator.progress import counted_as
 
 Keys = tuple[str | int, ...]  # from the top of a document to a value: keys of mappings and numbers of list items
@@ -98,7 +98,8 @@ def read_document(path: str | Path) -> Document:
         stat = path.stat()
         return _read_cached(path, stat.st_mtime_ns, stat.st_size)
     except OSError as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
+        is_none = isinstance(error, FileNotFoundError | IsADirectoryError)
+        reason = why_no_file(path) if is_none else error.strerror
         raise PhotositeError(f"{reason}; give the path of a YAML file", file=path) from None
 
 

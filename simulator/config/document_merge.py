@@ -5,7 +5,7 @@ from typing import Any
 
 from simulator.color.color_tables import CONFIGS
 from simulator.config.document import Document, Keys, Place, absolute_path, parse_document
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, why_no_file
 
 MERGE = "merge"  # key in a table that lays it over the base's
 
@@ -161,7 +161,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
         path = absolute_path(name, place, key)
         if path.is_file():
             return path
-        raise _problem(place, f"no file {path}; a path is relative to the file that names it", key, name)
+        raise _problem(place, f"{why_no_file(path)}: {path}; a path is relative to the file that names it", key, name)
     raise _problem(place, f"no such file in configs/{kind}; {suggest_nearest(name, shipped_names(kind))}", key, name)
 
 

@@ -28,7 +28,7 @@ from simulator.config.section_types import Section
 from simulator.config.shot_file import Setting, apply_settings, build_shot, dump_resolved, load_document, make_shot_section
 from simulator.config.study_axes import Axis, Product, dimensions, read_vary
 from simulator.config.study_command import absolute_files, shot_name, simulate_command
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, why_no_file
 from simulator.pipeline.input_files import named_files
 from simulator.pipeline.shot import Shot
 
@@ -214,7 +214,7 @@ class Study:
         sections = (shot.scene, "scene"), (shot.lens, "lens"), (shot.motion, "motion")
         for keys, path in (named for section, key in sections for named in named_files(section, (key,))):
             if not path.is_file():
-                raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
+                raise point.document.problem(keys, f"{why_no_file(path)} (for {point.name}); check the path", path)
 
     def describe(self) -> dict[str, Any]:
         """Return the study as plain data that can be read from any folder, with what it was resolved to."""

@@ -15,7 +15,7 @@ from simulator.config.quantity import format_quantity, parse_quantity
 from simulator.config.series_section import SECONDS, SeriesSection, count_exposure_times
 from simulator.config.shot_file import CAMERA_KEYS, Setting, apply_settings, build_shot, load_document, parse_overrides
 from simulator.config.sweep_section import SweepSection, check_count, expand_values
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, why_no_file
 from simulator.pipeline.input_files import named_files
 from simulator.pipeline.motion_span import motion_span
 from simulator.pipeline.shot import Shot
@@ -263,7 +263,7 @@ class Sweep:
         sections = (shot.scene, "scene"), (shot.lens, "lens"), (shot.motion, "motion")
         for keys, path in (named for section, key in sections for named in named_files(section, (key,))):
             if not path.is_file():
-                raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
+                raise point.document.problem(keys, f"{why_no_file(path)} (for {point.name}); check the path", path)
         return shot
 
     def _indices_to_check(self) -> Iterator[int]:

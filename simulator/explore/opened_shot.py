@@ -8,7 +8,7 @@ from typing import Any
 from simulator.config import dump_yaml, load_shot, named_file
 from simulator.config.shot_file import load_document
 from simulator.config.yaml_dialect import dump_flow
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, why_no_file
 from simulator.explore import camera_list, scene_list
 from simulator.explore.camera_list import camera_labels, camera_names, library_camera, nearest_iso
 from simulator.explore.controls import Control, controls_of, list_control, with_own
@@ -45,7 +45,7 @@ class OpenedShot:
         for keys, path in (found for part, name in parts for found in named_files(part, (name,))):
             if not path.is_file():
                 key = ".".join(keys)
-                rule = f"no such file; name one with --set {key}=FILE, or open a shot that lies beside its pictures"
+                rule = f"{why_no_file(path)}; name one with --set {key}=FILE, or open a shot that lies beside its pictures"
                 raise PhotositeError(rule, key=key, value=path.name, file=self.path)
 
     def is_complete(self) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simulator.errors import PhotositeError, reading, require
+from simulator.errors import PhotositeError, check_file, reading, require
 
 TIME = "time_s"
 SLACK_S = 1e-9  # by which an instant may lie beyond the end of a path, for rounding
@@ -54,7 +54,7 @@ def read_path(path: Path, columns: tuple[str, ...], key: str) -> PathTable:
     Raises PhotositeError for a file that is missing, damaged, without `time_s` or all of the columns, with a column of another
     name, with less than two lines, with what is no finite number, or whose times do not ascend.
     """
-    require(path.is_file(), key, path, "no such file; check the path")
+    check_file(path, key)
     stat = path.stat()
     return _read(path, columns, key, stat.st_mtime_ns, stat.st_size)
 

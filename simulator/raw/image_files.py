@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.atomic_files import atomic_write, reserve, write_buffers
-from simulator.errors import PhotositeError, first_line, reading
+from simulator.errors import PhotositeError, check_file, first_line, reading
 from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.plain_exr import exr_pieces, is_plain
 from simulator.raw.software import software
@@ -123,8 +123,7 @@ def read_parts(path: str | os.PathLike) -> Iterator[PicturePart]:
     """
     import OpenImageIO
 
-    if not os.path.isfile(path):
-        raise PhotositeError("no such file; check the path", file=path)
+    check_file(path)
     with reading(path, "the file is damaged or no picture: write or copy it again"):
         source = OpenImageIO.ImageInput.open(str(path))
         if source is None:

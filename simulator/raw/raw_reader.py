@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError, reading, require
+from simulator.errors import PhotositeError, check_file, reading, require
 from simulator.raw.white_balance import xyz_to_camera
 from simulator.sensor.camera.cfa import BAYER
 
@@ -96,8 +96,8 @@ def open_raw(source: str | bytes, label: str) -> Iterator["OpenRaw"]:
     """Open a path, or the bytes of a file, with LibRaw for a block that reads it; failures of both become PhotositeError."""
     import rawpy
 
-    if isinstance(source, str) and not os.path.isfile(source):
-        raise PhotositeError("no such file; check the path", file=label)
+    if isinstance(source, str):
+        check_file(source)
     with reading(label, "damaged or cut short: write or copy it again"):
         try:
             with rawpy.imread(io.BytesIO(source) if isinstance(source, bytes) else source) as frame:

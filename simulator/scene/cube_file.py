@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from simulator.errors import require
+from simulator.errors import check_file
 from simulator.scene.envi_file import find_envi_header, find_other_envi_file, read_envi
 from simulator.scene.isetcam_file import read_isetcam
 from simulator.scene.pixel_file import PixelFile, read_pixels
@@ -14,8 +14,7 @@ def read_cube(path: Path, key: str) -> PixelFile:
 
     key: configuration key for messages. Raises PhotositeError for a file that is missing, damaged or none of these.
     """
-    require(path.exists(), key, path, "no such file; check the path")
-    require(path.is_file(), key, path, "not a file; give the path of a spectral cube")
+    check_file(path, key)
     if path.suffix.lower() == ".mat":
         return read_isetcam(path, key)
     if (header := find_envi_header(path)) is not None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError, reading, require
+from simulator.errors import PhotositeError, check_file, reading, require
 from simulator.progress import counted_as
 from simulator.scene.alpha import SLACK
 from simulator.scene.pixel_file import DAMAGED, first_fault, opened_picture, unreadable
@@ -48,7 +48,7 @@ def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[
     Raises PhotositeError for a file that is missing, damaged or not deep, channels other than R, G, B or Y with Z, NaN,
     Inf, alpha outside 0 to 1, depth of 0 or less, and a ZBack that is infinite behind a finite Z.
     """
-    require(path.is_file(), KEY, path, "no such file; check the path")
+    check_file(path, KEY)
     with reading(path, DAMAGED, key=KEY), opened_picture(path, KEY) as source:
         spec = source.spec()
         require(spec.deep, KEY, path, "is no deep picture, it has one colour per pixel; write image: instead of deep:")

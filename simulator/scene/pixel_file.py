@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError, file_error, first_line, reading, require
+from simulator.errors import PhotositeError, check_file, file_error, first_line, reading, require
 from simulator.progress import counted_as
 
 if TYPE_CHECKING:
@@ -75,8 +75,7 @@ def read_pixels(path: str | os.PathLike, key: str) -> PixelFile:
     Raises PhotositeError for a file that is missing, damaged, cut short, deep, or of an unknown kind.
     """
     path = Path(path)
-    require(path.exists(), key, path, "no such file; check the path")
-    require(path.is_file(), key, path, "not a file; give the path of a picture")
+    check_file(path, key)
     return _read_array(path, key) if path.suffix.lower() == ".npy" else _read_picture(path, key)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM
-from simulator.errors import PhotositeError, reading, require
+from simulator.errors import PhotositeError, check_file, reading
 from simulator.scene.pixel_file import PixelFile, load_array
 
 FIRST_NM, LAST_NM = WAVELENGTHS_NM[0], WAVELENGTHS_NM[-1]
@@ -76,7 +76,7 @@ def _number(text: str) -> float:
 
 def read_wavelengths(path: Path) -> np.ndarray:
     """Wavelengths [nm] from .npy, or from text with numbers between commas, blanks or line ends; one header line may lead."""
-    require(Path(path).is_file(), "scene.wavelengths", path, "no such file; check the path")
+    check_file(path, "scene.wavelengths")
     if Path(path).suffix.lower() == ".npy":
         return load_array(path, "scene.wavelengths").astype(np.float64).ravel()
     with reading(path, "write one number in nm per line", key="scene.wavelengths"):

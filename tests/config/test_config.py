@@ -315,7 +315,7 @@ def test_missing_and_unreadable_files_are_one_message(tmp_path):
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x80")
     with pytest.raises(PhotositeError, match="not UTF-8"):
         load_shot(tmp_path / "binary.yaml")
-    with pytest.raises(PhotositeError, match="directory"):
+    with pytest.raises(PhotositeError, match="is a folder, not a file"):
         load_shot(tmp_path)
 
 

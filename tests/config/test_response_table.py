@@ -144,7 +144,7 @@ def test_tables_that_are_none_are_told_with_file_and_fix(tmp_path, text, message
 
 def test_a_file_that_is_not_there_is_told_with_its_path(tmp_path):
     (tmp_path / "camera.yaml").write_text("base: ideal\nresponse: {file: no.csv}\n", encoding="utf-8")
-    with pytest.raises(PhotositeError, match=r"camera.response.file = no.csv: no file .*no.csv"):
+    with pytest.raises(PhotositeError, match=r"camera.response.file = no.csv: no such file: .*no.csv"):
         load_camera(str(tmp_path / "camera.yaml"))
 
 

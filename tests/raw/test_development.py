@@ -143,7 +143,7 @@ def test_a_file_develops_like_the_frame_it_holds(tmp_path):
 
 def test_files_that_are_missing_or_no_raw_are_one_clear_error(tmp_path):
     (tmp_path / "text.dng").write_text("not a raw file, but long enough to be looked at" * 99)
-    for name, message in (("none.dng", "no such file"), ("text.dng", "not a raw file"), (".", "no such file")):
+    for name, message in (("none.dng", "no such file"), ("text.dng", "not a raw file"), (".", "is a folder, not a file")):
         with pytest.raises(PhotositeError, match=message):
             develop(tmp_path / name)
 

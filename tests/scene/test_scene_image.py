@@ -163,7 +163,7 @@ BAD_FILES = {
     "text": (lambda path: path.joinpath("a.png").write_text("hello") and path / "a.png", "cannot be read"),
     "empty": (lambda path: path.joinpath("a.exr").write_bytes(b"") or path / "a.exr", "cannot be read"),
     "missing": (lambda path: path / "nothing.exr", "no such file"),
-    "folder": (lambda path: path, "not a file"),
+    "folder": (lambda path: path, "is a folder, not a file"),
     "bad npy": (lambda path: path.joinpath("a.npy").write_bytes(b"\x93NUMPY") and path / "a.npy", "cannot be read"),
 }
 

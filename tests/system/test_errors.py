@@ -93,6 +93,37 @@ def test_bad_input_is_one_message_and_leaves_nothing(folder, capsys, monkeypatch
     assert not (folder / "frames").exists()
 
 
+IN_PLACE_OF_FILES = {  # arguments of `photosite`; each name begins with `folder.` and is one
+    "shot": ["simulate", "folder.yaml"],
+    "study": ["study", "folder.yaml"],
+    "camera": ["simulate", "shot.yaml", "--set", "camera=folder.yaml"],
+    "data sheet": ["sheet", "folder.csv"],
+    "response": ["simulate", "shot.yaml", "--set", "camera.response.file=folder.csv"],
+    "picture": ["simulate", "shot.yaml", "--set", "scene.image=folder.exr"],
+    "sweep": ["simulate", "shot.yaml", "--set", "sweep={vary: {scene.image: [folder.exr]}}"],
+    "depth": ["simulate", "shot.yaml", "--set", "scene.depth={image: folder.exr, unit: m}"],
+    "cube": ["simulate", "shot.yaml", "--set", "scene={spectral_cube: folder.img}"],
+    "wavelengths": ["simulate", "shot.yaml", "--set", "scene={spectral_cube: five.npy, wavelengths: folder.txt}"],
+    "deep": ["simulate", "shot.yaml", "--set", "scene={deep: folder.exr, luminance: 100 cd/m^2, depth: {unit: m}}"],
+    "kernels": ["simulate", "shot.yaml", "--set", "lens.psf=folder.npy"],
+    "prescription": ["simulate", "shot.yaml", "--set", "lens={prescription: folder.zmx, focus_distance: 2 m}"],
+    "path": ["simulate", "shot.yaml", "--set", "motion={camera: {path: folder.csv}}"],
+    "raw file": ["develop", "folder.dng"],
+    "tags": ["resimulate", "folder.dng"],
+}
+
+
+@pytest.mark.parametrize("case", IN_PLACE_OF_FILES)
+def test_a_folder_in_place_of_a_file_is_called_one(folder, capsys, monkeypatch, case):
+    monkeypatch.chdir(folder)
+    for suffix in ("yaml", "csv", "exr", "img", "txt", "npy", "zmx", "dng"):
+        (folder / f"folder.{suffix}").mkdir(exist_ok=True)
+    with pytest.raises(SystemExit) as ended:
+        main(IN_PLACE_OF_FILES[case])
+    message = capsys.readouterr().err
+    assert ended.value.code == 1 and "folder." in message and "is a folder, not a file" in message, message
+
+
 @pytest.mark.parametrize("name", ["short.dng", "none.dng", "good.exr"])
 def test_a_file_that_is_no_raw_is_one_message(folder, capsys, monkeypatch, name):
     monkeypatch.chdir(folder)

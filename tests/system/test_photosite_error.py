@@ -2,6 +2,7 @@
 
 import ast
 import copy
+import os
 import pickle
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +18,7 @@ from data_gen.sources.exposed_scene import renamed_key
 from data_gen.sources.shots import Shots
 from simulator.command_line.simulation import simulate_file
 from simulator.config import load_camera, load_file, load_shot, load_sweep, locate_errors
-from simulator.errors import FIELDS, PhotositeError, reading, require
+from simulator.errors import FIELDS, PhotositeError, check_file, reading, require
 from simulator.raw.dng.xmp import SettingsChanged
 from simulator.studies.sweep_runner import run_sweep
 
@@ -446,3 +447,17 @@ def test_whatever_reads_with_a_library_does_it_inside_the_door():
             if calls & READERS and "reading" not in calls and not name.startswith(BEHIND_THE_DOOR):
                 found.append(name)
     assert found == []
+
+
+def test_a_path_that_names_no_file_says_why(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    found = {"none": "no such file", ".": "is a folder, not a file", "pipe": "is no plain file"}
+    for name, why in found.items():
+        with pytest.raises(PhotositeError) as caught:
+            check_file(tmp_path / name)
+        assert str(caught.value) == f"{tmp_path / name}: {why}; check the path"
+        with pytest.raises(PhotositeError) as caught:
+            check_file(tmp_path / name, "lens.psf")
+        assert str(caught.value) == f"lens.psf = {tmp_path / name}: {why}; check the path"
+    (tmp_path / "file").touch()
+    check_file(tmp_path / "file")

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from simulator.errors import PhotositeError, reading, require
+from simulator.errors import PhotositeError, check_file, reading, require
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.falloff import Falloff
 from simulator.optics.lens.wavefront import Aberrations
@@ -69,7 +69,7 @@ def trace_prescription(
     Raises PhotositeError for a file that is missing, damaged or of another kind, for a lens without a focal length above 0,
     a sensor's corner that its chief rays do not reach, and where Optiland is not installed.
     """
-    require(path.is_file(), KEY, path, "no such file; check the path")
+    check_file(path, KEY)
     suffixes = ", ".join(LOADERS)
     require(path.suffix.lower() in LOADERS, KEY, path, f"no known kind of prescription; give one of {suffixes}")
     return _trace(path, path.stat().st_mtime_ns, focus_distance_m, half_diagonal_mm, f_number)

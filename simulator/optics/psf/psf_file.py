@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simulator.errors import PhotositeError, reading, require
+from simulator.errors import PhotositeError, check_file, reading, require
 from simulator.optics.lens.psf_list import DAMAGED, decode_text
 from simulator.optics.psf.fraunhofer import odd
 from simulator.optics.psf.psf_listing import read_listing
@@ -28,8 +28,7 @@ def read_psf(path: str | os.PathLike[str], pitch_um: float) -> PsfTable:
     Raises PhotositeError for a file that is missing, damaged, or holds no such kernels.
     """
     label = os.fspath(path)
-    if not os.path.isfile(label):
-        raise PhotositeError("no such file; check the path", file=label)
+    check_file(label)
     readers = {".npz": _read_npz, ".npy": _read_npy, ".txt": _read_text, ".csv": _read_csv}
     reader = readers.get(Path(label).suffix.lower())
     if reader is None:

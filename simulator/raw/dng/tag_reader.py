@@ -4,7 +4,7 @@ import os
 import struct
 from typing import BinaryIO
 
-from simulator.errors import PhotositeError, reading
+from simulator.errors import PhotositeError, check_file, reading
 from simulator.raw.dng.tags import FieldType
 
 _TYPE_BYTES = {
@@ -29,8 +29,7 @@ def read_tag(path: str | os.PathLike[str], code: int) -> bytes | None:
 
     Raises PhotositeError for a file that cannot be read, is not a TIFF or DNG, or is truncated.
     """
-    if not os.path.exists(path):
-        raise PhotositeError("no such file; check the path", file=path)
+    check_file(path)
     with reading(path, "give a DNG file"):
         try:
             with open(path, "rb") as file:
