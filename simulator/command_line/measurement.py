@@ -17,6 +17,7 @@ from simulator.measurement.quantities.measured_frame import Area, MeasuredFrame,
 from simulator.measurement.quantities.mtf import Mtf
 from simulator.measurement.quantities.quantity import Measured
 from simulator.measurement.report.figures import FORMATS, write_figure
+from simulator.measurement.statistics.clipping import is_clipped
 from simulator.measurement.statistics.edge_search import SIDES_PX, find_edges
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ def _search(frame: MeasuredFrame, most: int) -> list[Area]:
     """Return the areas of the frame's edges. Raises PhotositeError where it has none."""
     height, width = (side // 2 * 2 for side in frame.dn.shape)
     black = np.tile(frame.black_level_dn, (height // 2, width // 2))
-    found = find_edges(frame.dn[:height, :width] - black, frame.white_level_dn - float(frame.black_level_dn.max()), most)
+    codes = frame.dn[:height, :width]
+    found = find_edges(codes - black, is_clipped(codes, frame.white_level_dn), most)
     if not found:
         told = (
             f"no square of {min(SIDES_PX)} to {max(SIDES_PX)} photosites holds one straight edge and nothing else, unclipped, "

@@ -11,6 +11,7 @@ from helpers.scene_builders import distances
 from scipy.special import erf
 
 from simulator.command_line.main import main
+from simulator.measurement.quantities import MeasuredFrame
 from simulator.raw.dng import writer
 
 WIDTH, HEIGHT = 208, 200
@@ -72,3 +73,16 @@ def test_a_file_without_an_edge_says_what_to_give(tmp_path, capsys):
     writer.write_dng(random_frame(), tmp_path / "noise.dng")
     code, _, err = run(capsys, tmp_path / "noise.dng")
     assert code == 1 and "noise.dng: no square of 48 to 160 photosites holds one straight edge" in err and "--area" in err
+
+
+def test_an_area_that_clips_is_told_with_the_count_and_what_helps(edge_file, tmp_path, capsys):
+    """The same codes in a file whose white level is 8000 DN: no edge is found, and the one that is given is refused."""
+    raw = random_frame(HEIGHT, WIDTH, "RGGB", 14, white_level_dn=8000)
+    dn = np.minimum(MeasuredFrame.from_file(edge_file).dn, 8000)
+    writer.write_dng(dataclasses.replace(raw, dn=dn), tmp_path / "bright.dng")
+    code, _, err = run(capsys, tmp_path / "bright.dng", "--area", "20,30,160,150")
+    count = int((dn[20:180, 30:180][0::2, 0::2] == 8000).sum())
+    assert code == 1 and f"area 20,30,160,150, R: {count} at or above the white level of 8000 DN of 6000 photosites" in err
+    assert err.count("note:") == 3 and err.count("error:") == 1 and "expose it less" in err
+    code, _, err = run(capsys, tmp_path / "bright.dng")
+    assert code == 1 and "holds one straight edge" in err

@@ -38,7 +38,11 @@ class BlurLength:
     kind: Literal["motion", "circle"] = "motion"
 
     def measure(self, frame: MeasuredFrame) -> Measured:
-        """Measure the blur. Raises PhotositeError for an area without an edge, or a colour that the frame does not have."""
+        """Measure the blur.
+
+        Raises PhotositeError for an area without an edge, or a colour that the frame does not have, and where over 1 % of the
+        photosites clip.
+        """
         signal, seen = area_of(frame, self.plane, self.area)
         try:
             length, error, residual = self._fit(locate_edge(signal, seen))

@@ -8,6 +8,7 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.measurement.quantities.measured_frame import Area, MeasuredFrame, Plane
 from simulator.measurement.quantities.quantity import Curve, Figure, Measured
+from simulator.measurement.statistics.clipping import require_unclipped
 from simulator.measurement.statistics.slanted_edge import edge_transfer
 
 NYQUIST_PER_PX = 0.5
@@ -31,7 +32,11 @@ class Mtf:
     plane: Plane | None = None
 
     def measure(self, frame: MeasuredFrame) -> Measured:
-        """Measure the edge. Raises PhotositeError for an area without a slanted edge, or a colour that the frame has not."""
+        """Measure the edge.
+
+        Raises PhotositeError for an area without a slanted edge, or a colour that the frame has not, and where over 1 % of the
+        photosites clip.
+        """
         signal, seen = area_of(frame, self.plane, self.area)
         try:
             found = edge_transfer(signal, seen)
@@ -58,13 +63,20 @@ class Mtf:
 
 
 def area_of(frame: MeasuredFrame, plane: Plane | None, area: Area | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the signal above black (height, width) float64 [DN] of an area, and the mask of the photosites of a colour."""
+    """Return the signal above black (height, width) float64 [DN] of an area, and the mask of the photosites of a colour.
+
+    Raises PhotositeError as `require_unclipped` does of these photosites.
+    """
     signal, seen = frame.dn.astype(np.float64), np.zeros(frame.dn.shape, bool)
     step = 1 if frame.cfa == "MONO" else 2
     for row, column in frame.places(plane):
         seen[row::step, column::step] = True
         signal[row::step, column::step] -= frame.black_level_dn[row, column]
     part = frame.cut(area)
+    try:
+        require_unclipped(frame.dn[part][seen[part]], frame.white_level_dn)
+    except PhotositeError as error:
+        raise error.with_file(frame.name) from error
     return signal[part], seen[part]
 
 

@@ -9,10 +9,9 @@ from simulator.errors import PhotositeError
 from simulator.exposure.later_exposures import later_exposures
 from simulator.measurement.quantities.measured_frame import Area, MeasuredFrame, Plane
 from simulator.measurement.quantities.quantity import Figure, Measured
+from simulator.measurement.statistics.clipping import MOST_CLIPPED
 from simulator.measurement.statistics.single_frame_noise import mean_noise, single_frame_noise
 from simulator.pipeline.truth_maps import variance_map
-
-MOST_CLIPPED = 0.01  # share of photosites at the white level, above which a patch has neither noise nor SNR
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 from simulator.errors import PhotositeError
+from simulator.measurement.statistics.clipping import MOST_CLIPPED
 from simulator.measurement.statistics.slanted_edge import locate_edge
 
 CELL_PX = 4  # photosites of a side that are averaged before the search: whole 2x2 blocks, so that colours do not matter
@@ -16,7 +17,6 @@ LEAST_COHERENCE = 0.9  # of the gradient's directions in an area, 1 where all ar
 ANGLES_DEG = (2.0, 43.0)  # between an edge and the nearer axis of the photosites
 MOST_TRIED = 24  # areas of one size, those with most contrast
 LEAST_EXPLAINED = 0.97  # share of the signal's variance that the distance from the edge explains
-MOST_CLIPPED = 0.01  # share of photosites at the white level
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class FoundEdge:
     explained: float
 
 
-def find_edges(signal: np.ndarray, white: float, most: int = 1) -> list[FoundEdge]:
+def find_edges(signal: np.ndarray, clipped: np.ndarray, most: int = 1) -> list[FoundEdge]:
     """Return areas with one slanted edge, at most `most`, without overlap, those of most contrast first.
 
     All are squares of one size, the largest of SIDES_PX of which there is one.
-    signal: (height, width) float64 above black; colours may differ in a factor. white: signal at which photosites clip.
+    signal: (height, width) float64 above black; colours may differ in a factor. clipped: mask of the photosites that clip.
     The structure tensor (Bigün and Granlund 1987) of means over 4 x 4 photosites finds areas in which all gradients are
     parallel, at 2 to 43 degrees from an axis. Of these, an area counts where the distance from one straight line explains the
     signal.
@@ -50,7 +50,7 @@ def find_edges(signal: np.ndarray, white: float, most: int = 1) -> list[FoundEdg
         for top, left in _candidates(cells, side_px // CELL_PX):
             area = (CELL_PX * top, CELL_PX * left, side_px, side_px)
             if len(found) < most and not any(_overlap(area, one.area) for one in found):
-                edge = _check(signal, area, white)
+                edge = _check(signal, area, clipped)
                 found += [] if edge is None else [edge]
     return found
 
@@ -76,14 +76,15 @@ def _candidates(cells: np.ndarray, side: int) -> list[tuple[int, int]]:
     return [(int(places[0][rows[index]]), int(places[1][columns[index]])) for index in order]
 
 
-def _check(signal: np.ndarray, area: tuple[int, int, int, int], white: float) -> FoundEdge | None:
+def _check(signal: np.ndarray, area: tuple[int, int, int, int], clipped: np.ndarray) -> FoundEdge | None:
     """Return the edge of an area; None where there is none, or more than one, or the light clips.
 
     The means of 2 x 2 photosites are looked at, so that colours do not matter.
     """
     top, left, height, width = area
-    part = signal[top : top + height, left : left + width]
-    if np.mean(part >= white) > MOST_CLIPPED:
+    place = slice(top, top + height), slice(left, left + width)
+    part = signal[place]
+    if clipped[place].mean() > MOST_CLIPPED:
         return None
     blocks = part.reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3))
     try:

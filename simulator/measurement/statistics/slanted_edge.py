@@ -8,6 +8,7 @@ from typing import overload
 import numpy as np
 
 from simulator.errors import PhotositeError, require
+from simulator.measurement.statistics.clipping import require_unclipped
 from simulator.raw.raw_reader import plane_places, read_raw_file
 
 BIN_PX = 0.25  # ISO 12233: four bins per pixel
@@ -84,7 +85,8 @@ def edge_of_raw_file(
     """Measure an edge in a raw file, in one colour: R, G (both greens), B, or MONO where there is no filter.
 
     window_px: left, top, width and height of a region that contains one edge and nothing else; default: the whole frame.
-    Raises PhotositeError for a file that is not a raw file, a colour it does not have, or a region without a slanted edge.
+    Raises PhotositeError for a file that is not a raw file, a colour it does not have, a region without a slanted edge, and one
+    in which over 1 % of the photosites of the colour clip.
     """
     raw = read_raw_file(path)
     label = os.fspath(path)
@@ -103,6 +105,7 @@ def edge_of_raw_file(
     require(inside, "window", (left, top, wide, tall), f"must lie inside {width} x {height}", file=label)
     part = slice(top, top + tall), slice(left, left + wide)
     try:
+        require_unclipped(raw.mosaic[part][seen[part]], raw.white_level_dn)
         return edge_transfer(signal[part], seen[part])
     except PhotositeError as error:
         raise error.with_file(label) from error

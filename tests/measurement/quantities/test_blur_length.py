@@ -1,5 +1,6 @@
 """The blur of an edge is found again: of a motion and of a circle, in photosites of all colours and of one."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -55,3 +56,10 @@ def test_what_is_no_edge_is_refused():
     flat = MeasuredFrame(np.full((60, 60), 900, np.uint16), "MONO", np.zeros((2, 2)), 4095, name="flat.dng")
     with pytest.raises(PhotositeError, match=r"flat\.dng: no (single )?edge"):
         BlurLength().measure(flat)
+
+
+@pytest.mark.parametrize("kind", ["motion", "circle"])
+def test_an_edge_that_clips_is_refused(kind):
+    clipped = dataclasses.replace(frame(kind, 9.0, 5.7), white_level_dn=15000)
+    with pytest.raises(PhotositeError, match=r"a\.dng: \d+ at or above the white level of 15000 DN of 12288 photosites"):
+        BlurLength(kind=kind).measure(dataclasses.replace(clipped, dn=np.minimum(clipped.dn, 15000)))

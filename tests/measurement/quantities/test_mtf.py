@@ -60,3 +60,31 @@ def test_line_widths_count_the_frame_and_cycles_per_millimetre_the_pitch():
 def test_an_area_without_an_edge_names_the_file():
     with pytest.raises(PhotositeError, match=r"edge\.dng: no (single )?edge"):
         Mtf((0, 0, 30, 20)).measure(gaussian_frame())
+
+
+@pytest.mark.parametrize("plane", ["R", "G"])
+def test_an_edge_whose_bright_side_clips_is_refused_with_the_count_of_its_colour(plane):
+    frame = gaussian_frame("RGGB", 240)
+    clipped = dataclasses.replace(frame, dn=np.minimum(frame.dn, 8000), white_level_dn=8000)
+    count = sum(int((part == 8000).sum()) for part in frame.planes(clipped.dn, plane, None))
+    photosites = 240 * 80 // (4 if plane == "R" else 2)
+    message = rf"edge\.dng: {count} at or above the white level of 8000 DN of {photosites} photosites.*; expose it less"
+    with pytest.raises(PhotositeError, match=message):
+        Mtf(plane=plane).measure(clipped)
+
+
+def test_an_edge_whose_dark_side_lies_at_code_0_is_refused():
+    """Noise about the code 0 of a camera without pedestal: half of it is cut off."""
+    share = 0.5 * (1.0 + erf(distances(80, 120, 5.7) / (SIGMA_PX * math.sqrt(2.0))))
+    noise = np.random.default_rng(5).normal(0.0, 5.0, share.shape)
+    dn = np.clip(np.rint(50.0 * share + noise), 0, 4095).astype(np.uint16)
+    with pytest.raises(PhotositeError, match=rf"{(dn == 0).sum()} at code 0 of 9600 photosites.*; expose it more"):
+        Mtf().measure(MeasuredFrame(dn, "MONO", np.zeros((2, 2)), 4095))
+
+
+def test_up_to_1_percent_of_clipped_photosites_are_measured():
+    frame = gaussian_frame()
+    dn = frame.dn.copy()
+    dn[:, 79][: 120 * 80 // 100] = 65535  # of 9600
+    found = Mtf().measure(dataclasses.replace(frame, dn=np.minimum(dn, 30000), white_level_dn=30000)).figures
+    assert found["mtf50"].value == pytest.approx(MTF50, rel=0.03)

@@ -1,11 +1,13 @@
 """The slanted edge finds transfer functions that are known: Gaussian, box, diffraction; in arrays and in raw files."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
 from helpers.psf_grid import PsfGrid, convolve
+from helpers.raw_frame import random_frame
 from helpers.scene_builders import band_scene, distances, scene_edge
 from scipy.special import erf
 
@@ -17,6 +19,7 @@ from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.writer import write_dng
 from simulator.raw.save import save
 
 FREQUENCY = np.linspace(0.02, 0.5, 25)
@@ -132,3 +135,11 @@ def test_a_colour_or_a_part_that_a_file_has_not_is_refused(tmp_path):
         edge_of_raw_file(path, "MONO")
     with pytest.raises(PhotositeError, match=r"dng: window = \(0, 0, 97, 10\): must lie inside 96 x 128"):
         edge_of_raw_file(path, "G", (0, 0, 97, 10))
+
+
+def test_a_file_whose_edge_clips_is_refused(tmp_path):
+    raw = random_frame(120, 80, "MONO", 14, white_level_dn=600)
+    dn = np.minimum(gaussian_edge(1.0, 5.7), 600.0).astype(np.uint16)
+    write_dng(dataclasses.replace(raw, dn=dn), tmp_path / "bright.dng")
+    with pytest.raises(PhotositeError, match=r"bright\.dng: \d+ at or above the white level of 600 DN of 9600 photosites"):
+        edge_of_raw_file(tmp_path / "bright.dng", "MONO")
