@@ -8,7 +8,7 @@ import numpy as np
 from simulator.measurement.calibration.dark_measurement import NORMAL_SHAPE
 from simulator.measurement.calibration.frame_checks import findings
 from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames
-from simulator.measurement.calibration.iso_measurement import IsoMeasurement, measure_iso, read_codes
+from simulator.measurement.calibration.iso_measurement import IsoMeasurement, measure_iso, read_codes, without_dark_current
 from simulator.measurement.statistics.dark_current import fit_slope_over_time
 from simulator.measurement.statistics.interval import Interval, quotient
 from simulator.measurement.statistics.read_noise_split import TwoSource, find_conversion_gain_switch, fit_two_sources
@@ -23,7 +23,8 @@ LARGEST_MISS = 0.25  # of sigma; a larger deviation of the two-source model is r
 class Calibration:
     """Everything measured of a camera.
 
-    isos: results by ISO, ascending. sources: the two-source fit, one per conversion gain. switch_iso: first ISO of the second.
+    isos: results by ISO, ascending, without the dark current where one is told. sources: the two-source fit, one per
+    conversion gain. switch_iso: first ISO of the second.
     dsnu_e [e-], prnu (relative), column_dn [DN], dark_current_e_per_s [e-/s]: from the ISO with the smallest interval; None
     where no frames allow the measurement. hot_share, hot_excess_e: at the ISO of dsnu_e and the exposure time dark_time_s [s].
     white_levels_dn: by ISO, the code at which flats clip, else the level in the files' metadata; white_is_measured: whether
@@ -60,12 +61,14 @@ def measure_camera(groups: list[IsoFrames], progress: Progress = silent) -> Cali
     for group in groups:
         measured.append(measure_iso(group))
         steps.add(f"measuring ISO {group.iso}")
+    current, current_notes = _dark_current(measured)
+    if current is not None:
+        measured = [without_dark_current(one, current) for one in measured]
     sources, switch_iso = _sources(measured)
     whole = [one for one in measured if not one.frames.is_clipped_at_zero] or measured
     quiet = min(whole, key=lambda one: _width(one.dark.dsnu.photosite_dn) / one.gain_dn_per_e.value)
     columns = min(whole, key=lambda one: _width(one.dark.dsnu.column_dn))
     prnus = [one.prnu for one in measured if one.prnu is not None]
-    current, current_notes = _dark_current(measured)
     return Calibration(
         isos=measured,
         sources=sources,

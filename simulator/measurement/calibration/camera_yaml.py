@@ -127,12 +127,13 @@ def _dark_text(found: Calibration) -> str:
 def _sources(found: Calibration, assumed: Assumed) -> dict[str, str]:
     frame = found.first_frame
     clipped = f"{METHOD}, the code at which flats clip" if found.white_is_measured else "the raw files' metadata; no flat clips"
+    less = "" if found.dark_current_e_per_s is None else f", less the dark current of {frame.time_s:g} s"
     sources = {
         "width, height, cfa": "the raw files, visible area",
         "pixel_pitch": f"assumed, {assumed.sources['pixel_pitch']}",
         "response": f"assumed, {assumed.sources['response']}",
         "bit_depth": "derived, the smallest that holds the white level",
-        "black_level": f"{METHOD}, mean of {len(found.isos[0].frames.short_darks)} dark frames at ISO {frame.iso}",
+        "black_level": f"{METHOD}, mean of {len(found.isos[0].frames.short_darks)} dark frames at ISO {frame.iso}{less}",
         "white_level": clipped,
     }
     if after_gain_dn(found) > 0:

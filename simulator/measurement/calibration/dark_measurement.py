@@ -22,7 +22,8 @@ class DarkMeasurement:
     """Results of dark frames.
 
     levels_dn: mean by plane. black_level_dn: mean of the planes' levels. color_bias_dn: each plane's level less that mean.
-    read_noise_dn: of single photosites, without rounding and row noise. shape: Tukey-lambda fit, None where it cannot be made.
+    read_noise_dn: of single photosites, without rounding and row noise. Dark current is taken off black level and read noise by
+    `without_dark_current`, where it is known, and is in levels_dn. shape: Tukey-lambda fit, None where it cannot be made.
     row_noise_dn, dsnu: row noise and fixed pattern. residuals_dn: differences of frame pairs, for a plot.
     """
 

@@ -95,7 +95,9 @@ def findings(measured: list[IsoMeasurement]) -> list[str]:
         level = one.frames.short_darks[0].black_level_dn
         if abs(black_dn - level) > max(1.0, 0.5 * sigma_dn):
             rule = "the measured one is written; if light leaked into the dark frames, both are wrong"
-            notes.append(f"ISO {one.iso}: dark frames lie at {black_dn:.2f} DN, the files say {level:g} DN: {rule}")
+            notes.append(
+                f"ISO {one.iso}: black of the dark frames lies at {black_dn:.2f} DN, the files say {level:g} DN: {rule}"
+            )
     return notes
 
 

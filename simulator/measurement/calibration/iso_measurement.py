@@ -1,6 +1,6 @@
 """Measurement of one ISO setting: K, read noise, row noise, DSNU, PRNU and white level."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from simulator.measurement.calibration.dark_measurement import (
     select_plane,
 )
 from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames, middle
-from simulator.measurement.statistics.interval import Interval, quotient, root, shifted, weighted_mean
+from simulator.measurement.statistics.interval import Interval, difference, quotient, root, shifted, weighted_mean
 from simulator.measurement.statistics.photon_transfer import (
     TransferPoint,
     dark_noise,
@@ -92,6 +92,25 @@ def measure_iso(frames: IsoFrames) -> IsoMeasurement:
         points=points,
         pairs_used=len(next(iter(points.values()))),
     )
+
+
+def without_dark_current(one: IsoMeasurement, rate_e_per_s: Interval) -> IsoMeasurement:
+    """Return an ISO whose black level and read noise are those of no exposure time: n dark electrons add K n and K^2 n.
+
+    rate_e_per_s: dark current [e-/s]. Of a camera without pedestal both are free of it: the black level is that of the files,
+    and the read noise comes from the line of the flats.
+    """
+    if one.frames.is_clipped_at_zero:
+        return one
+    gain, sigma = one.gain_dn_per_e.value, one.dark.read_noise_dn
+    electrons = rate_e_per_s.scaled(one.frames.short_darks[0].time_s)
+    variance = Interval(sigma.value**2, sigma.low**2, sigma.high**2)
+    dark = replace(
+        one.dark,
+        black_level_dn=one.dark.black_level_dn - gain * electrons.value,
+        read_noise_dn=root(difference(variance, electrons.scaled(gain**2))),
+    )
+    return replace(one, dark=dark)
 
 
 def _measure_flat_pairs(

@@ -38,8 +38,9 @@ def _transfer(axes: "Axes", found: Calibration) -> None:
         for name, points in one.points.items():
             signal, variance = zip(*((point.signal_dn, point.variance_dn2) for point in points), strict=True)
             axes.loglog(signal, variance, ".", color=PLANE_COLORS[name], markersize=5)
+        current_dn = float(np.mean(list(one.dark.levels_dn.values()))) - one.dark.black_level_dn
         dark_dn2 = one.dark.read_noise_dn.value**2 + ROUNDING_VARIANCE_DN2
-        fitted = dark_dn2 + one.gain_dn_per_e.value * line
+        fitted = dark_dn2 + one.gain_dn_per_e.value * (line + current_dn)
         axes.loglog(line, fitted, color="#888888", linewidth=0.8)
         axes.annotate(f"ISO {one.iso}", (line[-1], fitted[-1]), fontsize=7, va="center", clip_on=False)
     for name in found.isos[0].points:

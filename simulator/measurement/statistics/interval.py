@@ -62,6 +62,13 @@ def shifted(interval: Interval, offset: float) -> Interval:
     return Interval(interval.value + offset, interval.low + offset, interval.high + offset)
 
 
+def difference(first: Interval, second: Interval) -> Interval:
+    """Return the first less the second value, which have independent errors."""
+    value = first.value - second.value
+    low = math.hypot(first.value - first.low, second.high - second.value)
+    return Interval(value, value - low, value + math.hypot(first.high - first.value, second.value - second.low))
+
+
 def quotient(top: Interval, bottom: Interval) -> Interval:
     """Return the quotient of two values above 0 with independent errors; a lower end of 0 stays 0."""
     value, share = top.value / bottom.value, bottom.standard_error / bottom.value

@@ -1,6 +1,7 @@
 """`photosite calibrate`: a body made with NumPy comes back from its raw files, and bad frames are named."""
 
 import dataclasses
+import math
 from collections import defaultdict
 
 import numpy as np
@@ -18,8 +19,12 @@ from simulator.measurement.calibration.camera_measurement import Calibration, me
 from simulator.measurement.calibration.camera_yaml import camera_document
 from simulator.measurement.calibration.frame_checks import problems
 from simulator.measurement.calibration.frame_sorting import by_iso, raw_files, read_frames
+from simulator.measurement.calibration.iso_measurement import read_codes
 from simulator.measurement.calibration.plots import calibration_figure
 from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, white_light
+from simulator.measurement.statistics.photon_transfer import dark_noise
+from simulator.measurement.statistics.temporal_noise import pair_noise
+from simulator.raw.raw_reader import read_raw_file
 
 FLAT = CONFIGS / "shots" / "flat_field.yaml"
 
@@ -194,6 +199,45 @@ def test_the_white_level_of_an_iso_without_clipped_flats_is_that_of_the_others(t
     assert found.white_levels_dn == {100: body.white, 200: body.white}
     document = camera_document(found, assumed_numbers("A B", found.first_frame))
     assert document["white_level"] == f"{body.white} DN" and "white_level" not in document["iso_table"][200]
+
+
+@pytest.mark.parametrize("long_darks_iso", [100, 400])
+def test_the_written_camera_makes_the_dark_frames_that_were_measured(tmp_path, long_darks_iso):
+    """200 e-/s in dark frames of 50 ms: black level and read noise hold none of the 10 electrons that the rate adds."""
+    body = NumpyBody(dark_current=200.0)
+    folder = body.shoot(tmp_path, [100, 400], darks=0)
+    for iso in (100, 400):
+        for frame in range(8):
+            body.write(folder / "dark" / f"iso{iso}_{frame}.dng", iso, time_s=0.05, frame=frame)
+    for time_s in (0.5, 1.0, 2.0):
+        for frame in range(2):
+            body.write(folder / "dark" / f"long_{time_s:g}_{frame}.dng", long_darks_iso, time_s=time_s, frame=frame)
+    found, notes = calibration(folder)
+    camera = load_shot(shot_file(tmp_path / "shot.yaml", camera_file(found, tmp_path / "camera.yaml"))).camera
+    p_values = {}
+    for one in found.isos:
+        bench = FlatBench(camera, one.iso, 0.05, white_light(), tmp_path)
+        made = [read_raw_file(bench.take(f"made_{one.iso}_{seed}", 0.0, seed)).mosaic.astype(float) for seed in range(8)]
+        shot = [read_codes(frame).astype(float) for frame in one.frames.short_darks]
+        # Rows are independent in each frame, columns and photosites in each of the two bodies.
+        row_dn2 = 2.0 * body.row_noise(one.iso) ** 2 / (8 * body.shape[0])
+        fixed_dn2 = 2.0 * (body.column**2 + (body.k(one.iso) * body.dsnu) ** 2 / body.shape[0]) / body.shape[1]
+        z = (np.mean(made) - np.mean(shot)) / np.sqrt(row_dn2 + fixed_dn2)
+        p_values[f"mean, ISO {one.iso}"] = 2.0 * stats.norm.sf(abs(z))
+        (noise, error), (other, other_error) = (
+            (dark.variance_dn2, dark.error_dn2)
+            for dark in (
+                dark_noise([pair_noise(*pair) for pair in zip(each[0::2], each[1::2], strict=True)], False)
+                for each in (made, shot)
+            )
+        )
+        p_values[f"noise, ISO {one.iso}"] = 2.0 * stats.norm.sf(abs(noise - other) / math.hypot(error, other_error))
+        assert one.dark.black_level_dn == pytest.approx(body.black, abs=0.15)
+        assert one.dark.read_noise_dn.covers(body.read_noise(one.iso))
+    accept(p_values)
+    assert not any("black of the dark frames" in note for note in notes)
+    text = (tmp_path / "camera.yaml").read_text()
+    assert "8 dark frames at ISO 100, less the dark current of 0.05 s" in text
 
 
 def test_sources_that_do_not_fit_are_told(tmp_path):

@@ -10,7 +10,7 @@ from scipy import stats
 from simulator.measurement.statistics.clipping import find_clipped_code
 from simulator.measurement.statistics.dark_current import fit_slope_over_time
 from simulator.measurement.statistics.dsnu import measure_dsnu, subtract_plane_means
-from simulator.measurement.statistics.interval import Interval, variance_interval, weighted_mean
+from simulator.measurement.statistics.interval import Interval, difference, variance_interval, weighted_mean
 from simulator.measurement.statistics.photon_transfer import line_without_dark, transfer_point
 from simulator.measurement.statistics.prnu import measure_prnu
 from simulator.measurement.statistics.read_noise import read_noise, row_residuals
@@ -214,3 +214,8 @@ def test_the_weighted_mean_tells_parts_that_do_not_agree():
     mean, p_value = weighted_mean(near)
     assert mean.value == pytest.approx(1.025) and mean.high - mean.low == pytest.approx(0.2 / math.sqrt(2)) and p_value > 0.05
     assert weighted_mean([near[0], Interval(1.5, 1.4, 1.6)])[1] < 1e-6
+
+
+def test_a_difference_has_the_errors_of_both():
+    found = difference(Interval(10.0, 7.0, 14.0), Interval(3.0, 0.0, 7.0))
+    assert (found.value, found.low, found.high) == (7.0, 7.0 - 5.0, 7.0 + 5.0)
