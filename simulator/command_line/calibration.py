@@ -1,5 +1,6 @@
 """`photosite calibrate`."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from simulator.config import dump_yaml, response_name
 from simulator.config.source_files import camera_files
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.assumed_numbers import assumed_numbers
-from simulator.measurement.calibration.camera_measurement import Calibration, dynamic_range_stops, measure_camera
+from simulator.measurement.calibration.camera_measurement import Calibration, measure_camera, range_stops
 from simulator.measurement.calibration.camera_yaml import camera_document
 from simulator.measurement.calibration.frame_checks import problems
 from simulator.measurement.calibration.frame_sorting import by_iso, raw_files, read_frames
@@ -89,6 +90,7 @@ def _show(found: Calibration) -> None:
 
 
 def _format_row(one: IsoMeasurement, white_dn: float) -> list[str]:
+    stops = range_stops(one, white_dn)
     shape = _format_interval(one.dark.shape.shape, 3) if one.dark.shape else "not measured"
     numbers = [
         _format_interval(one.gain_dn_per_e),
@@ -97,7 +99,7 @@ def _format_row(one: IsoMeasurement, white_dn: float) -> list[str]:
         shape,
         _format_interval(one.dark.row_noise_dn),
     ]
-    return [f"{one.iso}", *numbers, f"{one.dark.black_level_dn:.2f}", f"{dynamic_range_stops(one, white_dn):.2f}"]
+    return [f"{one.iso}", *numbers, f"{one.dark.black_level_dn:.2f}", f"{stops:.2f}" if math.isfinite(stops) else "-"]
 
 
 def _make_plane_table(found: Calibration) -> Table:

@@ -11,7 +11,9 @@ from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames
 from simulator.measurement.calibration.iso_measurement import IsoMeasurement, measure_iso, read_codes, without_dark_current
 from simulator.measurement.statistics.dark_current import fit_slope_over_time
 from simulator.measurement.statistics.interval import Interval, quotient
+from simulator.measurement.statistics.read_noise import ROUNDING_VARIANCE_DN2
 from simulator.measurement.statistics.read_noise_split import TwoSource, find_conversion_gain_switch, fit_two_sources
+from simulator.measurement.statistics.signal_to_noise import least_signal_e
 from simulator.measurement.statistics.temporal_noise import pair_noise
 from simulator.progress import Progress, Steps, silent
 
@@ -163,7 +165,12 @@ def full_scale_e(one: IsoMeasurement, white_level_dn: float) -> float:
     return (white_level_dn - one.dark.black_level_dn) / one.gain_dn_per_e.value
 
 
-def dynamic_range_stops(one: IsoMeasurement, white_level_dn: float) -> float:
-    """Return the stops between full scale and the noise of a dark photosite, rounding included: log2(full scale / sigma)."""
-    noise_dn = math.hypot(one.dark.read_noise_dn.value, 1.0 / math.sqrt(12.0))
-    return math.log2(full_scale_e(one, white_level_dn) * one.gain_dn_per_e.value / noise_dn)
+def range_stops(one: IsoMeasurement, white_level_dn: float, snr: float = 1.0) -> float:
+    """Return the stops between full scale and the signal of an SNR; nan where no signal below full scale has it.
+
+    Dynamic range at SNR 1: saturation capacity over absolute sensitivity threshold (EMVA 1288 R4.0 Linear). The dark noise is
+    that of photosites and rows, rounding included.
+    """
+    variance_dn2 = one.dark.read_noise_dn.value**2 + one.dark.row_noise_dn.value**2 + ROUNDING_VARIANCE_DN2
+    full_e, least_e = full_scale_e(one, white_level_dn), least_signal_e(math.sqrt(variance_dn2) / one.gain_dn_per_e.value, snr)
+    return math.log2(full_e / least_e) if least_e < full_e else math.nan

@@ -3,11 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from simulator.measurement.calibration.camera_measurement import Calibration, full_scale_e
+from simulator.measurement.calibration.camera_measurement import Calibration, full_scale_e, range_stops
 from simulator.measurement.calibration.iso_measurement import IsoMeasurement
 from simulator.measurement.statistics.interval import Interval
-from simulator.measurement.statistics.read_noise import ROUNDING_VARIANCE_DN2
-from simulator.measurement.statistics.signal_to_noise import CIRCLES_PER_DIAGONAL, least_signal_e, photographic_snr
+from simulator.measurement.statistics.signal_to_noise import CIRCLES_PER_DIAGONAL, photographic_snr
 
 
 @dataclass(frozen=True)
@@ -47,14 +46,6 @@ def noise_table(found: Calibration, pitch_um: float | None, circle_um: float | N
 
 
 def _row(one: IsoMeasurement, white_level_dn: float, snr: float | None) -> NoiseOfIso:
-    full_e = full_scale_e(one, white_level_dn)
-    variance_dn2 = one.dark.read_noise_dn.value**2 + one.dark.row_noise_dn.value**2 + ROUNDING_VARIANCE_DN2
-    sigma_e = math.sqrt(variance_dn2) / one.gain_dn_per_e.value
-
-    def stops(ratio: float) -> float:
-        least_e = least_signal_e(sigma_e, ratio)
-        return math.log2(full_e / least_e) if least_e < full_e else math.nan
-
     return NoiseOfIso(
         iso=one.iso,
         gain_dn_per_e=one.gain_dn_per_e,
@@ -62,8 +53,8 @@ def _row(one: IsoMeasurement, white_level_dn: float, snr: float | None) -> Noise
         read_noise_e=one.read_noise_e,
         row_noise_dn=one.dark.row_noise_dn,
         prnu=one.prnu,
-        full_scale_e=full_e,
-        range_ev=stops(1.0),
-        pdr_ev=None if snr is None else stops(snr),
+        full_scale_e=full_scale_e(one, white_level_dn),
+        range_ev=range_stops(one, white_level_dn),
+        pdr_ev=None if snr is None else range_stops(one, white_level_dn, snr),
         pairs=one.pairs_used,
     )

@@ -15,11 +15,12 @@ from simulator.command_line.main import main
 from simulator.config import dump_yaml, load_shot
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.assumed_numbers import assumed_numbers
-from simulator.measurement.calibration.camera_measurement import Calibration, measure_camera
+from simulator.measurement.calibration.camera_measurement import Calibration, measure_camera, range_stops
 from simulator.measurement.calibration.camera_yaml import camera_document
 from simulator.measurement.calibration.frame_checks import problems
 from simulator.measurement.calibration.frame_sorting import by_iso, raw_files, read_frames
 from simulator.measurement.calibration.iso_measurement import read_codes
+from simulator.measurement.calibration.noise_table import noise_table
 from simulator.measurement.calibration.plots import calibration_figure
 from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, white_light
 from simulator.measurement.statistics.photon_transfer import dark_noise
@@ -238,6 +239,21 @@ def test_the_written_camera_makes_the_dark_frames_that_were_measured(tmp_path, l
     assert not any("black of the dark frames" in note for note in notes)
     text = (tmp_path / "camera.yaml").read_text()
     assert "8 dark frames at ISO 100, less the dark current of 0.05 s" in text
+
+
+def test_the_range_is_down_to_snr_1_and_that_of_measure_noise(capsys, tmp_path):
+    """EMVA 1288 R4.0 Linear: saturation capacity over the signal of SNR 1, near a read noise of an electron."""
+    body = NumpyBody(sigma_pre=0.8, sigma_post=0.0, gain=2.0, row=0.4, lam=0.14, bias=(0.0,) * 4)
+    folder = body.shoot(tmp_path, [100], darks=4)
+    found, _ = calibration(folder)
+    sigma_e = math.sqrt(0.8**2 + (0.4**2 + 1 / 12) / 2.0**2)
+    least_e = 0.5 + math.sqrt(sigma_e**2 + 0.25)
+    stops = range_stops(found.isos[0], found.white_levels_dn[100])
+    assert stops == pytest.approx(math.log2((16383 - body.black) / 2.0 / least_e), abs=0.03)
+    (row,) = noise_table(found, 5.0, None)
+    assert row.range_ev == stops > row.pdr_ev
+    _, text, _ = run(capsys, "calibrate", folder, "--out", tmp_path / "camera.yaml", "--no-plots")
+    assert f"{stops:.2f}" in text
 
 
 def test_sources_that_do_not_fit_are_told(tmp_path):
