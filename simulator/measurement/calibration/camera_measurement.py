@@ -135,18 +135,20 @@ def _dark_current(measured: list[IsoMeasurement]) -> tuple[Interval | None, list
     """Dark current at the ISO with the most exposure times: slope of the mean of dark frames over time, EMVA 1288 R4.0 Linear.
 
     A camera that subtracts the mean of its optical black has no such slope. The shot noise of the dark current remains, so
-    the slope of the temporal variance gives the dark current then.
+    the slope of the temporal variance gives the dark current then. Frames that clip at 0 or white have neither slope.
     """
-    best = max(measured, key=lambda one: (len(one.frames.darks), sum(map(len, one.frames.darks.values())), one.iso))
-    frames = [frame for same in best.frames.darks.values() for frame in same]
-    if len(best.frames.darks) < 2 or len(frames) < 3:
+    darks_of = {one.iso: one.frames.unclipped_darks for one in measured}
+    best = max(measured, key=lambda one: (len(darks_of[one.iso]), sum(map(len, darks_of[one.iso].values())), one.iso))
+    darks = darks_of[best.iso]
+    frames = [frame for same in darks.values() for frame in same]
+    if len(darks) < 2 or len(frames) < 3:
         return None, []
     slope, _ = fit_slope_over_time(np.array([f.time_s for f in frames]), np.array([f.mean_dn for f in frames]))
     if slope.low > 0:
         return quotient(slope, best.gain_dn_per_e), []
     variances = [
         (time, pair_noise(read_codes(first), read_codes(second)).pixel_variance_dn2)
-        for time, same in best.frames.darks.items()
+        for time, same in darks.items()
         for first, second in zip(same[0::2], same[1::2], strict=False)
     ]
     if len(variances) > 2 and len({time for time, _ in variances}) > 1:
@@ -155,9 +157,7 @@ def _dark_current(measured: list[IsoMeasurement]) -> tuple[Interval | None, list
             rule = "the camera takes the mean of the dark current off; its rate is told by the variance"
             return quotient(quotient(growth, best.gain_dn_per_e), best.gain_dn_per_e), [f"ISO {best.iso}: {rule}"]
     rule = "no dark current, or too little to see; give dark frames of minutes, two or more of each time"
-    return None, [
-        f"ISO {best.iso}: dark frames do not change with the exposure time up to {max(best.frames.darks):g} s: {rule}"
-    ]
+    return None, [f"ISO {best.iso}: dark frames do not change with the exposure time up to {max(darks):g} s: {rule}"]
 
 
 def full_scale_e(one: IsoMeasurement, white_level_dn: float) -> float:

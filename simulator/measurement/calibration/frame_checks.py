@@ -55,6 +55,10 @@ def _flat_notes(group: IsoFrames) -> list[str]:
         if first.clips or second.clips:
             share = 100 * max(first.high_share, second.high_share)
             notes.append(f"{first.path}, {second.path}: {share:.3g} % of the codes clip; used for the white level, not for K")
+        if first.ends_at_zero or second.ends_at_zero:
+            share = 100 * max(first.zero_share, second.zero_share)
+            rule = "the noise is cut off there, so they are not used for K; give them more light"
+            notes.append(f"{first.path}, {second.path}: {share:.3g} % of the codes are 0: {rule}")
     return notes
 
 
@@ -63,6 +67,11 @@ def _dark_notes(group: IsoFrames) -> list[str]:
     if group.is_clipped_at_zero:
         rule = "no pedestal, so half of the noise is cut off; read noise is taken from the flats, black from the files"
         notes.append(f"ISO {group.iso}: codes of {_names(group.short_darks)} end at 0: {rule}; DSNU and shape are not told")
+    whole = [frame.path for frames in group.unclipped_darks.values() for frame in frames]
+    lost = [frame for frames in group.darks.values() for frame in frames if frame.path not in whole]
+    if lost and len(group.darks) > 1:
+        rule = "not used for the dark current; give frames of other exposure times whose codes end at neither"
+        notes.append(f"ISO {group.iso}: codes of {_names(lost)} reach 0 or white: {rule}")
     for frame in _leaking(group):
         rule = "light leak, or no dark frame; cover lens and viewfinder, or name the folder flat"
         notes.append(f"{frame.path}: brighter than the other dark frames of ISO {group.iso}: {rule}")

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.measurement.statistics.clipping import find_clipped_code
+from simulator.measurement.statistics.clipping import MOST_CLIPPED, find_clipped_code
 from simulator.progress import Progress, Steps, silent
 from simulator.raw.raw_reader import RawFile, read_raw_file
 
 LARGEST_SIDE_PX = 2048  # side of the central crop that is measured: 4 million photosites give K to 0.1 %
 DARK_SHARE = 0.01  # of the range above black: a frame of lower mean counts as dark where no file or folder name says its kind
 HIGH_SHARE = 1e-4  # of codes near white: up to here they are defects, above it the frame clips
-ZERO_SHARE = 1e-3  # of codes 0 in a dark frame; above it the lower tail of its noise is clipped
+ZERO_SHARE = 1e-3  # of codes 0 in a frame; above it the lower tail of its noise is clipped
 LARGEST_SIGNAL_SHARE = 0.7  # of saturation, as in EMVA 1288; brighter pairs do not count for K
 _KIND = re.compile(r"(dark|bias|flat)(s|[ _-]?frames?|[ _-]?fields?)?(?![a-z])")  # not "darktable"
 _ISO = re.compile(r"(?<![a-z])iso[ _-]?(\d{2,7})(?!\d)")
@@ -50,6 +50,11 @@ class Frame:
         """Whether more codes lie near the white level than defects explain."""
         return self.high_share > HIGH_SHARE
 
+    @property
+    def ends_at_zero(self) -> bool:
+        """Whether the lower end of the noise is clipped at code 0, as in the dark of a camera without pedestal."""
+        return self.zero_share > ZERO_SHARE
+
 
 @dataclass(frozen=True)
 class IsoFrames:
@@ -68,17 +73,27 @@ class IsoFrames:
 
     @property
     def usable_pairs(self) -> list[tuple[Frame, Frame]]:
-        """Pairs of flats from which K is measured: neither clipped nor above LARGEST_SIGNAL_SHARE."""
-        return [pair for pair in self.flat_pairs if not any(frame.clips or _is_bright(frame) for frame in pair)]
+        """Pairs of flats from which K is measured: clipped at neither end, and not above LARGEST_SIGNAL_SHARE."""
+        return [pair for pair in self.flat_pairs if not any(map(_is_unfit_for_gain, pair))]
+
+    @property
+    def unclipped_darks(self) -> dict[float, list[Frame]]:
+        """Dark frames by exposure time [s] whose means tell the dark current: clipped at neither end, beside hot photosites."""
+        kept = {
+            time_s: [frame for frame in frames if not frame.ends_at_zero and frame.high_share <= MOST_CLIPPED]
+            for time_s, frames in self.darks.items()
+        }
+        return {time_s: frames for time_s, frames in kept.items() if frames}
 
     @property
     def is_clipped_at_zero(self) -> bool:
         """Whether the noise of the dark frames is clipped at code 0, as in a camera without pedestal."""
-        return any(frame.zero_share > ZERO_SHARE for frame in self.short_darks)
+        return any(frame.ends_at_zero for frame in self.short_darks)
 
 
-def _is_bright(frame: Frame) -> bool:
-    return frame.mean_dn - frame.black_level_dn > LARGEST_SIGNAL_SHARE * (frame.white_level_dn - frame.black_level_dn)
+def _is_unfit_for_gain(frame: Frame) -> bool:
+    range_dn = frame.white_level_dn - frame.black_level_dn
+    return frame.clips or frame.ends_at_zero or frame.mean_dn - frame.black_level_dn > LARGEST_SIGNAL_SHARE * range_dn
 
 
 def raw_files(paths: Iterable[Path]) -> list[Path]:

@@ -181,6 +181,29 @@ def test_a_body_without_pedestal_is_measured_from_its_flats(tmp_path):
     load_shot(shot_file(tmp_path / "shot.yaml", tmp_path / "camera.yaml"))
 
 
+def test_flats_and_darks_that_end_at_0_or_white_do_not_count(tmp_path):
+    """Without pedestal the noise of the darkest flats is cut off, and the mean of a dark frame grows by half its electrons."""
+    body = NumpyBody(black=0.0, black_in_file=0, bias=(0.0,) * 4, sigma_pre=12.0, lam=0.14, dark_current=20.0)
+    folder = body.shoot(tmp_path / "dark_flats", [400], levels=(2.0, 100.0, 300.0, 1000.0))
+    for time_s in (0.1, 0.3, 1.0, 5.0, 10.0):
+        for frame in range(2):
+            body.write(folder / "dark" / f"long_{time_s:g}_{frame}.dng", 400, 0.0, time_s, frame)
+    found, notes = calibration(folder)
+    gain, sigma = found.isos[0].gain_dn_per_e, found.isos[0].dark.read_noise_dn
+    assert gain.covers(body.k(400)) and sigma.covers(body.read_noise(400)) and found.isos[0].pairs_used == 3
+    assert found.dark_current_e_per_s.value == pytest.approx(body.dark_current, rel=0.02)
+    assert any("iso400_0_0.dng" in note and "% of the codes are 0" in note for note in notes)
+    assert any("long_0.1_0.dng" in note and "not used for the dark current" in note for note in notes)
+    body = NumpyBody(dark_current=400.0, gain=4.0)
+    folder = body.shoot(tmp_path / "full_darks", [100])
+    for time_s in (1.0, 3.0, 30.0):  # 48,000 DN
+        for frame in range(2):
+            body.write(folder / "dark" / f"long_{time_s:g}_{frame}.dng", 100, 0.0, time_s, frame)
+    found, notes = calibration(folder)
+    assert found.dark_current_e_per_s.value == pytest.approx(body.dark_current, rel=0.01)
+    assert any("long_30_0.dng" in note and "long_3_0.dng" not in note and "reach 0 or white" in note for note in notes)
+
+
 def test_a_body_without_read_noise_is_no_reason_to_fail(tmp_path):
     body = NumpyBody(sigma_pre=0.0, sigma_post=0.0, row=0.0, dsnu=0.0, column=0.0, prnu=0.0, gain=2.0, dark_current=0.0)
     found, notes = calibration(body.shoot(tmp_path, [100, 400, 1600]))
