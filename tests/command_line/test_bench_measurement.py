@@ -1,5 +1,6 @@
 """`photosite measure`: a body made with NumPy comes back from a folder of its files; what is missing is one message."""
 
+import dataclasses
 import json
 import math
 from xml.etree import ElementTree
@@ -181,3 +182,15 @@ def test_what_is_missing_is_one_message(bench, capsys, monkeypatch, arguments, m
     monkeypatch.chdir(bench)
     code, _, err = run(capsys, *arguments)
     assert code == 1 and err.count("error:") == 1 and all(message in err for message in messages)
+
+
+def test_emva_of_dark_frames_that_end_at_0_says_which_numbers_are_wrong(tmp_path, capsys):
+    body = dataclasses.replace(BODY, black=0.0, black_in_file=0, sigma_pre=20.0)
+    for index in range(2):
+        body.write(tmp_path / f"dark_{index}.dng", ISO, time_s=STEP_S, frame=index)
+        for step in range(1, STEPS + 1):
+            body.write(
+                tmp_path / f"flat_{step:02d}_{index}.dng", ISO, 0.12 * step * body.white, STEP_S * step, 100 * step + index
+            )
+    code, _, err = run(capsys, "emva", tmp_path)
+    assert code == 0 and "codes of the dark frames end at 0" in err and "dynamic range too high" in err

@@ -133,6 +133,10 @@ def _near_half(frames: IsoFrames) -> list[Frame]:
 def _notes(frames: IsoFrames, half: list[Frame]) -> list[str]:
     """Return what the frames are short of, beside what the standard asks for."""
     notes, darks = [], frames.short_darks
+    if frames.is_clipped_at_zero:
+        told = "half of the dark noise is cut off, so sigma_d, absolute sensitivity threshold and DSNU are told too low"
+        rule = "photosite measure noise tells the read noise by the flats"
+        notes.append(f"ISO {frames.iso}: codes of the dark frames end at 0: {told} and the dynamic range too high; {rule}")
     for what, found in (("dark frames", darks), ("flats next to half of saturation", half)):
         if len(found) < STACK:
             rule = f"EMVA 1288 takes {STACK} or more for DSNU and PRNU"
