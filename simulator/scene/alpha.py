@@ -14,6 +14,7 @@ Alpha = Annotated[
     "whether colours come multiplied by alpha; auto: as the kind of file has it (EXR associated, PNG straight)",
 ]
 SLACK = 1e-3  # of renderers' filters and half floats beyond 0 and 1; more is an error
+LEAST_COVERAGE = 1e-6  # of a pixel with light: blur looks for light where a layer covers something
 
 
 def load_coverage(
@@ -43,6 +44,23 @@ def load_coverage(
         return None, straight
     coverage = unit_range(stored, key, path)
     return (None if coverage.min() == 1.0 else coverage), straight
+
+
+def cover_light(planes: np.ndarray, coverage: np.ndarray | None) -> np.ndarray | None:
+    """Return coverage of at least LEAST_COVERAGE wherever a plane is above 0: flames and glows may have light and alpha 0.
+
+    planes: (height, width, bands) of a layer. coverage: (height, width) float32, or None; itself where all light has it.
+    """
+    if coverage is None:
+        return None
+    bare = coverage < LEAST_COVERAGE
+    if not bare.any():
+        return coverage
+    lit = np.zeros_like(bare)
+    for band in range(planes.shape[2]):  # one after the other: `any` over a short last axis takes six times as long
+        lit |= planes[..., band] > 0
+    bare &= lit
+    return np.where(bare, np.float32(LEAST_COVERAGE), coverage) if bare.any() else coverage
 
 
 def unit_range(stored: np.ndarray, key: str, path: Path) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from simulator.color.spectra import check_illuminant
 from simulator.errors import PhotositeError, require
-from simulator.scene.alpha import Alpha, load_coverage
+from simulator.scene.alpha import Alpha, cover_light, load_coverage
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import color_channels, to_linear
 from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
@@ -61,6 +61,7 @@ class PictureLayer:
                 key=f"{key}.alpha",
                 value="associated",
             )
+        coverage = cover_light(planes, coverage)
         depth_m, depth_notes = load_depth(self.depth_m, file, scene.field_of_view_deg, key, coverage, self.layer)
         return Layer(planes, depth_m, coverage), (*file.notes, *notes, *clip_notes, *depth_notes)
 

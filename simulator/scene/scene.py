@@ -31,7 +31,8 @@ class Layer:
         with alpha), so that layers are composited as planes + (1 - coverage) * planes of the next.
     depth_m: distance along the optical axis [m], a float or (height, width) float32; inf is allowed. Where coverage is 0 it
         has no meaning and should continue that of the pixels beside.
-    coverage: (height, width) float32, share of each pixel that the layer covers, 0 to 1; None: 1 everywhere.
+    coverage: (height, width) float32, share of each pixel that the layer covers, 0 to 1; None: 1 everywhere. A shot takes
+        1e-6 where it is less and the planes have light.
     """
 
     planes: np.ndarray

@@ -12,7 +12,7 @@ from simulator.errors import PhotositeError
 from simulator.pipeline.planner import plan
 from simulator.pipeline.scene_loading import load_scene
 from simulator.scene.image import ImageScene
-from simulator.scene.scene import Scene
+from simulator.scene.scene import Layer, Scene
 from simulator.scene.spectral_cube import SpectralCubeScene
 
 
@@ -130,3 +130,19 @@ def test_a_window_has_the_plan_of_the_frame_in_all_but_the_window():
     assert crop.optics.scene is whole.optics.scene and crop.optics.defocus is whole.optics.defocus
     fresh = load_shot("color_checker", SMALL | {"camera.window": window})
     assert repr(plan(replace(fresh, scene=Unkept(fresh.scene))).optics.window) == repr(crop.optics.window)
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_light_of_a_scene_from_python_has_some_coverage(writable):
+    """What is made is kept with a scene that cannot be written to; a scene whose light is covered is itself."""
+    light, coverage = np.array([[[0.5], [0.0], [0.5], [0.5]]], np.float32), np.array([[0.0, 0.0, 0.25, 1.0]], np.float32)
+    base = Scene(light, np.ones((1, 2)), np.array([400.0, 700.0]), np.ones(2), 1.0, coverage=coverage)
+    scene = base.with_layers([Layer(light, 1.0, coverage), Layer(light, 2.0)])
+    for array in scene.arrays():
+        array.setflags(write=writable)
+    found = load_scene(scene)
+    assert found.coverage.tolist() == np.float32([[1e-6, 0.0, 0.25, 1.0]]).tolist() and found.behind[0].coverage is None
+    assert scene.coverage[0, 0] == 0.0 and found.planes is scene.planes
+    assert (load_scene(scene) is found) is not writable and load_scene(found) is found
+    dark = replace(scene, planes=light * (coverage > 0)[..., None])
+    assert load_scene(dark) is dark

@@ -6,13 +6,19 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from helpers.camera_builders import green_camera
 from helpers.deep_files import deep_data, deep_file
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.scene.compositing import composite_planes
 from simulator.scene.deep import DeepDepth, DeepScene
 from simulator.scene.image import ImageScene
+from simulator.sensor.camera.camera import Window
 
 SHARED_EXR = Path(__file__).parents[3] / "shared" / "data" / "openexr-images"
 SURFACES, VOLUMES = ("R", "G", "B", "A", "Z"), ("R", "G", "B", "A", "Z", "ZBack")
@@ -49,6 +55,20 @@ def test_surfaces_in_any_order_compose_to_the_flattening_of_their_sorted_samples
     assert len(scene.layers) <= most
     expected = [over(sorted(samples, key=lambda sample: sample[4])) for samples in pixels]
     np.testing.assert_allclose(composite(scene).reshape(-1, 4), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.0])
+def test_light_of_alpha_0_is_seen_out_of_focus(tmp_path, tolerance):
+    """A glow of 0.5 at 1.2 m before a wall of 0.5 at 4 m is 1."""
+    width, height = 48, 32
+    glow = deep_file(tmp_path / "glow.exr", width, [[(0.5, 0.0, 1.2), (0.5, 1.0, 4.0)]] * (width * height), ("Y", "A", "Z"))
+    white = deep_file(tmp_path / "white.exr", width, [[(1.0, 1.0, 4.0)]] * (width * height), ("Y", "A", "Z"))
+    lens, camera = ThinLens(50.0, 32.0, 2.0), green_camera(width, height, window=Window(16, 12, 16, 8))
+    frame, even = (
+        simulate(Shot(DeepScene(file, 100.0), lens, Exposure(1e-3), camera, tolerance=tolerance)).mean_electrons
+        for file in (glow, white)
+    )
+    np.testing.assert_allclose(frame / even, 1.0, atol=2e-3)
 
 
 def volume_pixels(rng):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.camera_builders import small_camera
+from helpers.camera_builders import green_camera, small_camera
 from helpers.photometry import luminance_of_pixels
 from helpers.picture_files import write
 from helpers.scene_builders import FixedScene
@@ -135,6 +135,49 @@ def test_depth_counts_only_where_a_layer_covers(tmp_path):
     write(file, pixels, ("R", "G", "B", "A", "Z"))
     with pytest.raises(PhotositeError, match="scene.layers.0.depth = .* in 1 of 48 pixels, the first at x = 4, y = 3"):
         scene_of(PictureLayer(file, DepthChannel())).load()
+
+
+@pytest.mark.parametrize("covered", [True, False])
+def test_light_of_alpha_0_has_its_own_depth(tmp_path, covered):
+    """A flame at 1.2 m, beside what covers at 3.9 m or in a layer without any alpha; what is empty takes another's depth."""
+    alpha, depth = np.zeros(SIZE, np.float32), np.full(SIZE, 3.9, np.float32)
+    alpha[:, 6:] = covered
+    flame = np.dstack([colours(1, alpha), depth]).astype(np.float32)
+    flame[:, :3, 1], flame[:, :4, 4] = 0.5, [1.2, 1.2, 1.2, 0.0]
+    file = write(tmp_path / "a.exr", flame, ("R", "G", "B", "A", "Z"))
+    scene = scene_of(PictureLayer(file, DepthChannel())).load()
+    np.testing.assert_array_equal(scene.planes, flame[..., :3])
+    np.testing.assert_array_equal(
+        scene.depth_m[0], np.float32([1.2] * 4 + [1.2 if not covered else x for x in (1.2, 3.9, 3.9, 3.9)])
+    )
+    lit = flame[..., :3].any(axis=2)
+    np.testing.assert_array_equal(scene.coverage, np.where(lit & (alpha == 0.0), np.float32(1e-6), alpha))
+    back = PictureLayer(exr(tmp_path / "b.exr", colours(2)), 1.0)
+    with pytest.raises(PhotositeError, match="scene.layers.1.depth = up to 1 m: stands wholly before layer 0.*1.2 m"):
+        scene_of(PictureLayer(file, DepthChannel()), back).load()
+
+
+@pytest.mark.parametrize(
+    ("width", "lens", "depths_m"),
+    [
+        (400, ThinLens(50.0, 32.0, 2.0), (1.2, 4.0)),
+        (400, ThinLens(50.0, 500.0, 2.0), (1.2, 4.0)),
+        (32, ThinLens(50.0, 16.0, 2.0, diffraction=True), (1.6, 2.0)),
+    ],
+)
+def test_light_of_alpha_0_is_added_to_what_lies_behind(tmp_path, width, lens, depths_m):
+    """A glow of 0.5 before a wall of 0.5 is 1, wherever a core with alpha lies: in columns that see nothing of it."""
+    glow, one = np.full((24, width, 2), 0.5, np.float32), np.ones((24, width, 1), np.float32)
+    glow[..., 1] = 0.0
+    glow[:, 84:92, 1] = 0.5
+    files = [exr(tmp_path / f"{n}.exr", pixels, ("Y", "A")) for n, pixels in enumerate((glow, 0.5 * one, one))]
+    front, wall, bright = (PictureLayer(f, d) for f, d in zip(files, (*depths_m, depths_m[1]), strict=True))
+    frame, even = (
+        simulate(Shot(scene_of(*layers), lens, Exposure(0.1), green_camera(width, 24), tolerance=0.1)).mean_electrons
+        for layers in ((front, wall), (bright,))
+    )
+    seen = (frame.astype(np.float64) / even)[8:-8, 8:-8]
+    np.testing.assert_allclose(np.delete(seen, np.s_[32:132], axis=1), 1.0, atol=2e-3)
 
 
 def test_a_layer_before_an_earlier_one_is_refused_and_one_that_passes_through_is_not(tmp_path):
