@@ -87,7 +87,8 @@ def load_depth(
     """Read depth for Layer.depth_m [m]: the float itself, or (height, width) float32, and notes for the log.
 
     field_of_view_deg: for distances along the ray. key: section of the scene or layer, for messages.
-    coverage: (height, width); where it is 0, depth is that of the nearest covered pixel, whatever the file says.
+    coverage: (height, width); where it is 0, depth is that of the nearest covered pixel, whatever the file says. A renderer's
+        background counts where the layer covers all of a pixel: elsewhere its one sample of depth fell beside an edge.
     layer: EXR layer of the colours, which tells between the passes of several view layers.
     Raises PhotositeError for a missing channel, another size than the scene's, and holes (NaN, 0 or less) unless the
     source says how to fill them; inf is allowed.
@@ -118,7 +119,9 @@ def load_depth(
     holes = "error" if isinstance(depth_m, RendererDepth) else depth_m.holes
     depth, notes = fill_holes(depth, holes, f"{key}.depth", path)
     if coverage is not None:
-        depth = nearest_known(depth, coverage > 0)
+        covered = coverage > 0
+        known = covered & (np.isfinite(depth) | (coverage >= 1)) if isinstance(depth_m, RendererDepth) else covered
+        depth = nearest_known(depth, known if known.any() else covered)
     if depth_m.along == "ray":
         assert field_of_view_deg is not None  # `check_along`
         depth *= axis_per_ray(depth.shape, field_of_view_deg)

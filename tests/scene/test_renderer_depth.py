@@ -4,11 +4,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.camera_builders import small_camera
 from helpers.picture_files import write
 
 from simulator.config.shot_file import load_shot
 from simulator.errors import PhotositeError
+from simulator.exposure.settings import Exposure
 from simulator.exposure.vector_maps import BlenderVectors
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.scene.image import ImageScene
 from simulator.scene.layered import LayeredScene, PictureLayer
 from simulator.scene.pixel_file import read_pixels
@@ -72,6 +77,40 @@ def test_a_view_layer_of_blender_is_read_by_its_passes(tmp_path, mist):
     np.testing.assert_allclose(layer.coverage, planes["ViewLayer.Combined.A"], atol=1e-6)  # light of alpha 0 has 1e-6
     velocity = BlenderVectors(file, "ViewLayer.Vector").load(SIZE, 1.0)
     assert velocity.velocity.shape == (*SIZE, 2)
+
+
+def fringed(path, edge, edge_alpha=0.5):
+    """A subject at 2 m on the left, 12 columns wide, then a column in part covered whose depth is `edge`, then nothing."""
+    alpha, axis_m = np.zeros(SIZE), np.full(SIZE, 1e10)
+    alpha[:, :12], axis_m[:, :12] = 1.0, 2.0
+    alpha[:, 12], axis_m[:, 12] = edge_alpha, edge
+    return save(path, {"R": alpha, "G": alpha, "B": alpha, "A": alpha, "Z": axis_m})
+
+
+@pytest.mark.parametrize("edge_alpha", [0.01, 0.5, 0.99])
+def test_a_sample_of_depth_beside_a_layers_edge_is_not_its_depth(tmp_path, edge_alpha):
+    """Blender takes one sample: it may meet the background in a pixel that the layer covers in part."""
+    file = fringed(tmp_path / "a.exr", 1e10, edge_alpha)
+    layer = LayeredScene((PictureLayer(file, BLENDER),), 100.0).load()
+    assert (layer.depth_m == 2.0).all()
+
+
+def test_a_layer_that_covers_the_background_is_infinitely_far_there(tmp_path):
+    """A sky with alpha 1 is no edge; of a layer without any distance nothing else is known."""
+    sky = LayeredScene((PictureLayer(fringed(tmp_path / "a.exr", 1e10, 1.0), BLENDER),), 100.0).load()
+    assert (sky.depth_m[:, :12] == 2.0).all() and np.isinf(sky.depth_m[:, 12:]).all()
+    smoke = {name: np.full(SIZE, 0.3) for name in "RGBA"} | {"Z": np.full(SIZE, 1e10)}
+    assert np.isinf(LayeredScene((PictureLayer(save(tmp_path / "b.exr", smoke), BLENDER),), 100.0).load().depth_m).all()
+
+
+def test_edges_of_a_layer_in_focus_are_sharp_wherever_samples_of_depth_fell(tmp_path):
+    frames = []
+    for edge in (2.0, 1e10):
+        back = write(tmp_path / "back.exr", np.full((*SIZE, 3), 0.1, np.float32), ("R", "G", "B"))
+        layers = PictureLayer(fringed(tmp_path / f"{edge:g}.exr", edge), BLENDER), PictureLayer(back, 4.0)
+        shot = Shot(LayeredScene(layers, 100.0), ThinLens(50.0, 8.0, 2.0), Exposure(0.1), small_camera(24, 16), tolerance=0.1)
+        frames.append(simulate(shot).mean_electrons)
+    np.testing.assert_array_equal(*frames)
 
 
 def test_parts_of_a_file_are_read_as_its_passes(tmp_path):
