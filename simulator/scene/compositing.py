@@ -84,22 +84,19 @@ def visible_depth_m(scene: Scene) -> float | np.ndarray:
 
 
 def deep_pixels_of(layers: tuple[Layer, ...]) -> DeepPixels:
-    """Return layers as samples of pixels: each pixel that a layer covers is a surface of its depth and coverage."""
+    """Return layers as samples of pixels, each layer one of the samples: a pixel that it covers is a surface of its depth."""
     shape = layers[0].planes.shape[:2]
-    pixel, planes, alpha, depth, number = [], [], [], [], []
-    for index, layer in enumerate(layers):
+    planes, alpha, depth, counts = [], [], [], []
+    for layer in layers:
         coverage = np.ones(shape, np.float32) if layer.coverage is None else layer.coverage
         own = np.flatnonzero(coverage)
-        pixel.append(own)
         planes.append(layer.planes.reshape(-1, layer.planes.shape[2])[own])
         alpha.append(coverage.ravel()[own])
         depth.append(np.broadcast_to(np.asarray(layer.depth_m, np.float64), shape).ravel()[own])
-        number.append(np.full(len(own), index))
-    pixels, depth_m = np.concatenate(pixel), np.concatenate(depth)
-    order = np.lexsort((np.concatenate(number), depth_m, pixels))
-    starts = np.concatenate([[0], np.cumsum(np.bincount(pixels, minlength=shape[0] * shape[1]))])
-    depth_m = depth_m[order]
-    return DeepPixels(starts, shape[1], np.concatenate(planes)[order], np.concatenate(alpha)[order], depth_m, depth_m)
+        counts.append(coverage.ravel() != 0)
+    starts = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
+    depth_m = np.concatenate(depth)
+    return DeepPixels(starts, shape[1], np.concatenate(planes), np.concatenate(alpha), depth_m, depth_m, len(layers))
 
 
 def _uncovered(coverage: np.ndarray | None, shape: tuple[int, ...]) -> np.ndarray:

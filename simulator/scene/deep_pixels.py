@@ -9,9 +9,11 @@ import numpy as np
 class DeepPixels:
     """Samples of each pixel, from front to back.
 
-    starts: (height * width + 1,) int64, first sample of each pixel; starts[-1] is their number. width: pixels of a row.
+    starts: (layers * height * width + 1,) int64, first sample of each pixel of each layer; starts[-1] is their number.
+    width: pixels of a row.
     planes: (samples, bands) float32, weights of the scene's spectra, multiplied by alpha. alpha: (samples,) float32, 0 to 1.
     near_m, far_m: (samples,) float64, depths between which a sample lies [m]; equal for a surface.
+    layers: what a ray meets in one layer lies over all that it meets in later ones, wherever it stands; 1 in deep pictures.
     """
 
     starts: np.ndarray
@@ -20,28 +22,32 @@ class DeepPixels:
     alpha: np.ndarray
     near_m: np.ndarray
     far_m: np.ndarray
+    layers: int = 1
 
     @property
     def pixel(self) -> np.ndarray:
-        """Pixel of each sample: row * width + column."""
+        """Pixel of each sample: (layer * height + row) * width + column."""
         return np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
 
 
 def surface_slopes(pixels: DeepPixels, radius_px: np.ndarray, steepest: float) -> np.ndarray:
     """Change of the blur radius along the surface that each sample belongs to, to the right and down, (2, samples).
 
-    A sample and one of the next pixel belong to one surface where each is the other's nearest in radius, and their radii differ
-    by at most `steepest`. Of the differences to both sides the smaller counts, or their mean where they are alike; 0 where
-    a sample has no neighbour, or is a volume. radius_px: (samples,) signed blur radius, ascending in each pixel.
+    A sample and one of the next pixel of its layer belong to one surface where each is the other's nearest in radius, and their
+    radii differ by at most `steepest`. Of the differences to both sides the smaller counts, or their mean where they are alike;
+    0 where a sample has no neighbour, or is a volume. radius_px: (samples,) signed blur radius, ascending in each pixel.
     """
     surface = np.flatnonzero(pixels.far_m <= pixels.near_m)
     pixel, radius = pixels.pixel[surface], radius_px[surface].astype(np.float64)
     low = radius.min(initial=0.0) - 1.0
     span = radius.max(initial=0.0) - low + 1.0
     keys = pixel * span + (radius - low)
-    column = pixel % pixels.width
+    row, column = np.divmod(pixel, pixels.width)
+    height = (len(pixels.starts) - 1) // pixels.width // pixels.layers
+    row %= height
+    sides = (1, column == 0, column == pixels.width - 1), (pixels.width, row == 0, row == height - 1)
     slopes = np.zeros((2, len(radius_px)))
-    for axis, (step, starts, ends) in enumerate(((1, column == 0, column == pixels.width - 1), (pixels.width, None, None))):
+    for axis, (step, starts, ends) in enumerate(sides):
         after = _nearest(keys, pixel, radius, low, span, step, ends)
         before = _nearest(keys, pixel, radius, low, span, -step, starts)
         after, before = _mutual(after, before), _mutual(before, after)
@@ -57,18 +63,19 @@ def surface_slopes(pixels: DeepPixels, radius_px: np.ndarray, steepest: float) -
 
 
 def _nearest(
-    keys: np.ndarray, pixel: np.ndarray, radius: np.ndarray, low: float, span: float, step: int, without: np.ndarray | None
+    keys: np.ndarray, pixel: np.ndarray, radius: np.ndarray, low: float, span: float, step: int, without: np.ndarray
 ) -> np.ndarray:
-    """Find the sample of the pixel `step` further whose radius is nearest to each sample's: index, or -1."""
+    """Find the sample of the pixel `step` further whose radius is nearest to each sample's: index, or -1.
+
+    without: (samples,) bool, samples beside which no pixel is.
+    """
     wanted = (pixel + step) * span + (radius - low)
     above = np.searchsorted(keys, wanted)
     best, distance = np.full(len(keys), -1), np.full(len(keys), np.inf)
     for candidate in (above - 1, above):
         valid = (candidate >= 0) & (candidate < len(keys))
         index = np.clip(candidate, 0, max(len(keys) - 1, 0))
-        valid &= pixel[index] == pixel + step
-        if without is not None:
-            valid &= ~without
+        valid &= (pixel[index] == pixel + step) & ~without
         away = np.where(valid, np.abs(radius[index] - radius), np.inf)
         best, distance = np.where(away < distance, index, best), np.minimum(away, distance)
     return best

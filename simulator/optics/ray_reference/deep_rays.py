@@ -39,25 +39,27 @@ class DeepPicture:
         slopes = surface_slopes(pixels, blur.near_px, STEEPEST / projection.scale)
         table = np.stack([blur.near_px, blur.far_px, pixels.alpha, depth, *slopes], axis=-1)
         colour = (pixels.planes @ weights).T
-        first, last = float(blur.near_px.min()) - BESIDE_PX, float(blur.far_px.max()) + BESIDE_PX
-        crossed = (last - first) * projection.scale * 2.0 * math.sqrt(2.0)  # by a ray through a corner of the pupil
+        spans = _spans(pixels, blur)
+        crossed = float((spans[:, 1] - spans[:, 0]).max())
+        crossed *= projection.scale * 2.0 * math.sqrt(2.0)  # by a ray through a corner of the pupil
         if projection.warp is not None:
             crossed *= 2.0  # lenses magnify less
         self.buffers = {
             "starts": device.upload(pixels.starts.astype(np.uint32)),
             "samples": device.upload(table.astype(np.float32)),
             "colour": device.upload(colour.astype(np.float32)),
+            "spans": device.upload(spans.astype(np.float32)),
         }
         self.struct = {
             "width": projection.scene_width,
             "height": projection.scene_height,
+            "layers": pixels.layers,
             "samples": len(pixels.alpha),
             "steps": math.ceil(crossed) + 4,
             "scale": projection.scale,
             "offset_x": projection.offset_x,
             "offset_y": projection.offset_y,
-            "first": first,
-            "last": last,
+            "reach": max(float(np.abs(spans).max()), 1.0),
             "infinite": blur.infinite_px,
         }
 
@@ -82,3 +84,13 @@ class DeepPicture:
             **ray_arguments(self.device, points, frame, eyes),
         )
         return self.device.download(light, places.shape, np.float32)
+
+
+def _spans(pixels: DeepPixels, blur: DeepBlur) -> np.ndarray:
+    """Least and greatest radius at which a ray may meet samples of each layer, (layers, 2); equal where it has none."""
+    bounds = pixels.starts[:: (len(pixels.starts) - 1) // pixels.layers]
+    spans = np.zeros((pixels.layers, 2))
+    for span, first, end in zip(spans, bounds[:-1], bounds[1:], strict=True):
+        if end > first:
+            span[:] = blur.near_px[first:end].min() - BESIDE_PX, blur.far_px[first:end].max() + BESIDE_PX
+    return spans

@@ -58,6 +58,12 @@ def rays_light(planned: Plan, window: Window) -> np.ndarray:
     return device.download(mosaic, (window.height, window.width), np.float32) / planned.optics.weights.sum()
 
 
+def below(t: np.ndarray) -> np.ndarray:
+    """Share of the pupil left of t."""
+    t = np.clip(t, -1.0, 1.0)
+    return 0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / math.pi
+
+
 def test_a_half_plane_with_alpha_before_a_wall_is_the_closed_form():
     """Light of the wall times 1 - alpha A, A the share of the pupil that the half-plane fills; mean over the photosite."""
     near, far, alpha, edge = -6.0, 5.0, 0.6, 30
@@ -67,8 +73,7 @@ def test_a_half_plane_with_alpha_before_a_wall_is_the_closed_form():
         for column in range(COLUMNS)
     ]
     window = Window(18, 18, 24, 4)
-    t = np.clip((edge - (np.arange(18, 42)[:, None] + (np.arange(64) + 0.5) / 64)) / abs(near), -1.0, 1.0)
-    covered = alpha * (0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / math.pi).mean(axis=1)
+    covered = alpha * below((edge - (np.arange(18, 42)[:, None] + (np.arange(64) + 0.5) / 64)) / abs(near)).mean(axis=1)
     truth = np.tile(0.2 * covered + 1.0 - covered, (4, 1))
     found = rays_light(planned_frame(deep_scene(pixels)), window)
     assert np.abs(z_scores(found, truth, 2000.0)).max() < 0.15
@@ -131,17 +136,40 @@ def test_layers_too_steep_to_be_met_once_are_met_as_cards():
     assert np.abs(found[:, far] / (0.2 + 0.5 * 0.8) - 1.0).max() < 1e-5
     # Rays u with x - 5 u < 30 meet the near part, those with x + 4 u >= 30 the far one: u above one bound, or above another.
     x = np.arange(18, 42)[:, None] + (np.arange(64) + 0.5) / 64
-
-    def below(t: np.ndarray) -> np.ndarray:
-        """Share of the pupil left of t."""
-        t = np.clip(t, -1.0, 1.0)
-        return 0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / math.pi
-
     near, last = 1.0 - below((x - 30) / 5.0), 1.0 - below((30 - x) / 4.0)
     both = np.minimum(near, last)
     none = 1.0 - np.maximum(near, last)
     truth = none * 0.8 + (1.0 - both - none) * (0.2 + 0.5 * 0.8) + both * (0.2 + 0.5 * 0.2 + 0.25 * 0.8)
     assert np.abs(z_scores(found, np.tile(truth.mean(axis=1), (4, 1)), 2000.0)).max() < 0.15
+
+
+def test_layers_that_pass_through_one_another_lie_in_the_written_order():
+    """The first layer stands before the second on the left and behind it on the right: rays meet it first on both sides.
+
+    Between the two they meet none of its parts, and see the second, or both. Of both the nearer one lies above.
+    """
+    step = np.where(np.arange(COLUMNS) < 30, -5.0, 6.0) * np.ones((ROWS, 1))
+    half = np.full((ROWS, COLUMNS), 0.5, np.float32)
+    first = Layer(np.full((ROWS, COLUMNS, 1), 0.2, np.float32), depth_of(step), half)
+    second = Layer(np.full((ROWS, COLUMNS, 1), 0.8, np.float32), depth_of(2.0))
+    scene = band_scene(first.planes, first.depth_m).load().with_layers((first, second))
+    found = rays_light(planned_frame(scene), Window(18, 18, 24, 4))
+    x = np.arange(18, 42)[:, None] + (np.arange(64) + 0.5) / 64
+    near, far = 1.0 - below((x - 30) / 5.0), 1.0 - below((30 - x) / 6.0)  # shares of the pupil that meet each part
+    once, twice = 0.2 + 0.5 * 0.8, 0.2 + 0.5 * 0.2 + 0.25 * 0.8
+    both, none = np.minimum(near, far), 1.0 - np.maximum(near, far)
+    truth = none * 0.8 + (1.0 - both - none) * once + both * twice
+    assert np.abs(z_scores(found, np.tile(truth.mean(axis=1), (4, 1)), 2000.0)).max() < 0.15
+
+
+def test_a_layer_too_steep_to_be_met_once_keeps_light_with_alpha_0():
+    """A glow of 0.5 with a step in depth before a wall of 0.5: their sum, beyond the reach of the step."""
+    step = np.where(np.arange(COLUMNS) < 30, -5.0, 4.0) * np.ones((ROWS, 1))
+    light = np.full((ROWS, COLUMNS, 1), 0.5, np.float32)
+    glow = Layer(light, depth_of(step), np.zeros((ROWS, COLUMNS), np.float32))
+    scene = band_scene(light).load().with_layers((glow, Layer(light, depth_of(6.0))))
+    found = rays_light(planned_frame(scene), Window(18, 18, 24, 4))
+    assert np.abs(found[:, np.r_[0:4, 20:24]] - 1.0).max() < 1e-5
 
 
 def test_a_crop_has_the_bits_of_the_frame():
@@ -163,6 +191,16 @@ def test_samples_of_one_surface_are_linked_and_those_of_others_are_not():
     far = near + (radius == 9.0)
     slopes = surface_slopes(DeepPixels(starts, width, np.ones((11, 1)), np.ones(11), near, far), radius, 0.3)
     assert np.allclose(slopes[0][radius < 9.0], 0.1) and slopes[0][radius == 9.0] == 0.0 and not slopes[1].any()
+
+
+def test_surfaces_of_layers_are_linked_within_each():
+    """Two planes that cross: the nearest radius beside a sample of one may be the other's."""
+    y, x = np.mgrid[:6, :8]
+    radii = np.stack([2.0 + 0.2 * x + 0.1 * y, 3.0 - 0.2 * x + 0.1 * y])
+    layers = tuple(Layer(np.ones((6, 8, 1), np.float32), depth_of(radius)) for radius in radii)
+    slopes = surface_slopes(deep_pixels_of(layers), radii.ravel(), 0.3).reshape(2, 2, 6, 8)
+    np.testing.assert_allclose(slopes[0], np.array([0.2, -0.2])[:, None, None] * np.ones((6, 8)), atol=1e-12)
+    np.testing.assert_allclose(slopes[1], 0.1, atol=1e-12)
 
 
 DEEP_PICTURES = Path(__file__).parents[4] / "shared" / "data" / "openexr-images"
