@@ -75,13 +75,16 @@ def clipped_moments(steps: Sequence[SignalStep], electrons: np.ndarray) -> Momen
 
 
 def _clip(signal: Moments, low: float, high: float) -> Moments:
-    """Return the moments of a normal distribution clipped to limits; those farther than _REACH inside are unchanged."""
+    """Return the moments of a normal distribution clipped to limits; those farther than _REACH inside are unchanged.
+
+    A mean beyond a limit becomes the limit however far beyond it lies.
+    """
     sigma = np.sqrt(np.maximum(signal.variance, 1e-30))
     a, b = (low - signal.mean) / sigma, (high - signal.mean) / sigma
     near = (a > -_REACH) | (b < _REACH)
     mean, share = signal.mean.copy(), np.ones_like(sigma)
     shift, share[near] = _censored_moments(np.clip(a[near], -40.0, 40.0), np.clip(b[near], -40.0, 40.0))
-    mean[near] += sigma[near] * shift
+    mean[near] = np.clip(mean[near] + sigma[near] * shift, low, high)
     return Moments(mean, share * signal.variance, signal.fixed_variance, share * signal.shared_variance)
 
 
