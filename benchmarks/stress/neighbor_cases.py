@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from helpers.camera_builders import small_camera
-from helpers.neighbors import binned, bloomed, crosstalk_stencil, stencil_sum
+from helpers.neighbors import binned, binned_variance, bloomed, crosstalk_stencil, stencil_sum
 from helpers.scene_builders import band_scene
 
 from simulator.device import Device
@@ -25,6 +25,7 @@ from simulator.sensor.readout import (
     darken_optical_black,
     remosaic_variance,
     share_charge,
+    share_variance,
     share_with_neighbors,
     spill_charge,
 )
@@ -53,6 +54,15 @@ def run_crosstalk(device: Device, inputs: Inputs) -> Outcome:
     own = light.astype(np.float64)
     exact = stencil_sum(own, crosstalk_stencil(side, corner))
     return Outcome(found, exact, exact + 8.0 * (side + corner) * own)  # own light is taken off, and added
+
+
+def run_crosstalk_variance(device: Device, inputs: Inputs) -> Outcome:
+    side, corner, factor, step = (number(inputs, name) for name in ("side", "corner", "factor", "step"))
+    crosstalk, binning = Crosstalk(electrical=side, electrical_corner=corner), Binning(int(factor), "charge")
+    geometry, light = ReadoutGeometry(FRAME, FRAME, FRAME, int(step), crosstalk, binning), picture(inputs)
+    found = share_variance(device, geometry, device.upload(light), is_summed=True)
+    exact = binned_variance(light.astype(np.float64), crosstalk_stencil(side, corner), int(factor), int(step))
+    return Outcome(device.download(found, (geometry.binned.height, geometry.binned.width), np.float32), exact)
 
 
 def plan_of(**settings: Any) -> Plan:
@@ -138,6 +148,20 @@ CASES = (
         run_crosstalk,
         "seven roundings of a sum, each of which may lie in the next binade",
         most_ulps=7.0,
+    ),
+    StressCase(
+        "crosstalk_variance",
+        ("crosstalk_variance",),
+        {
+            "light": Picture(SHAPE, most=1e35),
+            "side": Real(0.0, 0.12),
+            "corner": Real(0.0, 0.12),
+            "factor": Choice((2, 3, 4)),
+            "step": Choice((1, 2)),
+        },
+        run_crosstalk_variance,
+        "a sum of up to 81 positive products of a rounded weight",
+        most_ulps=83.0,
     ),
     StressCase(
         "blooming",

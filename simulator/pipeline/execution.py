@@ -33,8 +33,10 @@ from simulator.scene.content_keys import Itself
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.hdr_passes import read_noise_free_combined, read_out_combined
 from simulator.sensor.hdr_plan import HdrSensorPlan
+from simulator.sensor.hdr_variance import mixed_combined_variance
 from simulator.sensor.readout import (
     darken_optical_black,
+    mixed_variance,
     read_mean_electrons,
     read_noise_free,
     read_out,
@@ -111,8 +113,10 @@ def _execute_strip(
             dn = read_out(device, planned.sensor, light, shot.seeds)
     report("truth", 0.9)
     late = LateTruth(device, planned.sensor, lights, timed)
-    electrons, *later = late.exposures() if "variance" in planned.truth else [None]
-    maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache, [one for one in later if one is not None])
+    is_mixed = planned.sensor.readout.mixes_charge
+    electrons, *later = late.exposures() if "variance" in planned.truth and not is_mixed else [None]
+    further = [one for one in later if one is not None]
+    maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache, further, lights)
     if "flow" in planned.truth:
         with timed("truth: flow", device):
             maps["flow"] = flow_map(
@@ -302,17 +306,25 @@ def compute_truth_maps(
     timed: Stopwatch | None = None,
     cache: LightCache | None = None,
     later_electrons: Sequence[np.ndarray] = (),
+    lights: Sequence[Buffer] = (),
 ) -> dict[str, np.ndarray]:
     """Return the maps that the plan's truth asks for, by name; see `Raw.truth`.
 
     mean_electrons: of the frame's pixels [e-], for the map of the variance, as `LateTruth.exposures` gives; None: it is not
-    asked for. later_electrons: of the further exposures of an HDR read-out.
+    asked for, or electrical crosstalk mixes the charges. later_electrons: of the further exposures of an HDR read-out.
+    lights: as of `LateTruth`, for the map of the variance where electrical crosstalk mixes the charges.
     """
     optics, sensor, wanted, timed = planned.optics, planned.sensor, planned.truth, timed or Stopwatch()
     maps: dict[str, np.ndarray] = {}
-    if mean_electrons is not None and "variance" in wanted:
+    if "variance" in wanted and (mean_electrons is not None or lights):
         with timed("truth: variance", device):
-            maps["variance"] = variance_map(sensor, mean_electrons, *later_electrons)
+            if mean_electrons is not None:
+                maps["variance"] = variance_map(sensor, mean_electrons, *later_electrons)
+            elif isinstance(sensor, HdrSensorPlan):
+                maps["variance"] = mixed_combined_variance(device, sensor, _by_exposure(sensor, lights))
+            else:
+                photosites = replace(sensor, readout=sensor.readout.of_photosites) if sensor.readout.pattern else sensor
+                maps["variance"] = mixed_variance(device, photosites, lights[0])
             if sensor.readout.pattern is not None:
                 maps["variance"] = remosaic_variance(device, sensor, maps["variance"])
     if "depth" in wanted:

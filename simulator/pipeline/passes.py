@@ -75,12 +75,14 @@ COST_NS = {
     "truth": 6.0,
     "strips": 4.0,
     "variance": 8.0,
+    "mixed variance": 150.0,
     "depth": 10.0,
     "blur": 10.0,
     "flow": 2000.0,
 }
 TRUTH_BYTES = {
     "variance": 4,
+    "mixed variance": 40,
     "depth": 12,
     "blur": 20,
     "flow": 96,
@@ -127,7 +129,7 @@ def passes_of(
     )
     lines = _line_exposure(optics, exposed, (*sampling, *image))
     noise_free = _truth(optics)
-    maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur", "flow") if name in truth]
+    maps = [_truth_map(name, optics, sensor) for name in ("variance", "depth", "blur", "flow") if name in truth]
     if "rgb" in truth:
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
     again = (_later_exposures(optics, later, (*sampling, *image, lines)),) if later else ()
@@ -466,9 +468,10 @@ def _truth(optics: OpticsPlan) -> Pass:
     )
 
 
-def _truth_map(name: str, optics: OpticsPlan) -> Pass:
-    pixels = pixels_of(optics)
-    return Pass(f"truth: {name}", True, "on the host", pixels, TRUTH_BYTES[name] * pixels, cost_ms=_ms(pixels, COST_NS[name]))
+def _truth_map(name: str, optics: OpticsPlan, sensor: SensorPlan) -> Pass:
+    pixels, is_mixed = pixels_of(optics), name == "variance" and sensor.readout.mixes_charge
+    kind, method = ("mixed variance", "of each photosite's charge, then mixed") if is_mixed else (name, "on the host")
+    return Pass(f"truth: {name}", True, method, pixels, TRUTH_BYTES[kind] * pixels, cost_ms=_ms(pixels, COST_NS[kind]))
 
 
 def _truth_rgb(optics: OpticsPlan, repeated: tuple[Pass, ...]) -> Pass:

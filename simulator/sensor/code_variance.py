@@ -63,7 +63,30 @@ def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
 
 def clipped_moments(steps: Sequence[SignalStep], electrons: np.ndarray) -> Moments:
     """Return the moments after these steps for mean photoelectrons per photosite (n,) float64, clipped as the sensor clips."""
-    signal = Moments(electrons, *(np.zeros_like(electrons) for _ in range(3)))
+    return pass_on(steps, Moments(electrons, *(np.zeros_like(electrons) for _ in range(3))))
+
+
+def map_moments(steps: Sequence[SignalStep], signal: Moments) -> Moments:
+    """Return mean and variance after these steps, clipped as the sensor clips, (height, width) float32 each.
+
+    signal: before the steps, (height, width) float32; its fixed and shared variance may be one number for all.
+    """
+    shape = signal.mean.shape
+    mean, variance = (np.empty(shape, np.float32) for _ in range(2))
+    rows = max(1, _AT_ONCE // shape[1])
+    for first in range(0, shape[0], rows):
+        part = slice(first, first + rows)
+        before = (signal.mean, signal.variance, signal.fixed_variance, signal.shared_variance)
+        after = pass_on(steps, Moments(*(one[part].astype(np.float64) if np.ndim(one) else one for one in before)))
+        mean[part], variance[part] = after.mean, after.variance
+    return Moments(mean, variance)
+
+
+def pass_on(steps: Sequence[SignalStep], signal: Moments) -> Moments:
+    """Return the moments after these steps, clipped as the sensor clips.
+
+    signal: before them, mean and variance float64 arrays of one shape; fixed and shared variance likewise, or one number.
+    """
     limits = _UNLIMITED
     for step in steps:
         signal = step.unclipped(signal)

@@ -7,14 +7,17 @@ above t, and of B where A lies above t: E[A - a; A < t] = -s_A phi(z), E[(A - a)
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from simulator.sensor.code_variance import clipped_moments, clipping_electrons
+from simulator.device import Buffer, Device
+from simulator.sensor.code_variance import clipped_moments, clipping_electrons, pass_on
 from simulator.sensor.hdr_plan import HdrSensorPlan
-from simulator.sensor.kernel.kernel_program import READOUT_STAGES
-from simulator.sensor.stages.stage import Moments
+from simulator.sensor.readout import read_charge_moments
+from simulator.sensor.sensor_plan import read_out_of
+from simulator.sensor.stages.stage import Moments, SignalStep
 
 _NODES = 2**13  # electron counts at which each reading's moments are computed; they are interpolated linearly between them
 _AT_ONCE = 2**16  # pixels
@@ -27,22 +30,57 @@ def combined_variance(sensor: HdrSensorPlan, mean_electrons: Sequence[np.ndarray
     The rounding of companded codes is taken as noise of its own, right where other noise is at least half of their distance.
     """
     tables = [_node_moments(sensor, place, count) for place in range(len(sensor.readings))]
-    shape = mean_electrons[0].shape
+
+    def moments(place: int, part: slice) -> tuple[np.ndarray, ...]:
+        nodes, *values = tables[place]
+        light = mean_electrons[sensor.readings[place].exposure][part].astype(np.float64)
+        own = np.sqrt(sensor.spec.light_share(place) * light)
+        return tuple(np.interp(own, nodes, one) for one in values)
+
+    return _combine(sensor, mean_electrons[0].shape, moments)
+
+
+def mixed_combined_variance(device: Device, sensor: HdrSensorPlan, lights: Sequence[Buffer]) -> np.ndarray:
+    """Return the variance as `combined_variance` does where electrical crosstalk mixes the charges of unequal neighbours.
+
+    lights: mosaic of electron radiance of each exposure, (height, width) float32.
+    """
+    owners = {one.charge: one for one in reversed(sensor.readings)}
+    charges = {
+        owner: read_charge_moments(device, replace(one.sensor, readout=sensor.readout), lights[one.exposure])
+        for owner, one in owners.items()
+    }
+    steps = [read_out_of(sensor.reading_steps(place)) for place in range(len(sensor.readings))]
+
+    def moments(place: int, part: slice) -> tuple[np.ndarray, ...]:
+        charge = charges[sensor.readings[place].charge]
+        mean, variance = (one[part].astype(np.float64) for one in (charge.mean, charge.variance))
+        return _reading_moments(sensor, place, steps[place], Moments(mean, variance))
+
+    read = sensor.readout.read
+    return _combine(sensor, (read.height, read.width), moments)[sensor.readout.kept]
+
+
+def _combine(
+    sensor: HdrSensorPlan, shape: tuple[int, ...], moments: Callable[[int, slice], tuple[np.ndarray, ...]]
+) -> np.ndarray:
+    """Return the variance of the combined signal (height, width) float32 [DN^2].
+
+    moments: mean, variance and the charge's part of the variance of a reading in a slice of rows, in the combined signal.
+    """
     result = np.empty(shape, np.float32)
     rows = max(1, _AT_ONCE // shape[1])
     for first in range(0, shape[0], rows):
         part = slice(first, first + rows)
         found: tuple[np.ndarray, np.ndarray] | None = None
         for place in reversed(range(len(sensor.readings))):
-            reading, (nodes, mean, variance, charge) = sensor.readings[place], tables[place]
-            own = np.sqrt(sensor.spec.light_share(place) * mean_electrons[reading.exposure][part].astype(np.float64))
-            here = tuple(np.interp(own, nodes, values) for values in (mean, variance, charge))
+            reading, here = sensor.readings[place], moments(place, part)
             if found is None:
                 found = here[0], here[1]
                 continue
             shared = sensor.readings[place + 1].charge == reading.charge
             switch_dn = float(sensor.combined_dn(reading, reading.switch_dn - 0.5))
-            found = _mix(here[0], here[1], found, here[2] if shared else np.zeros_like(own), switch_dn)
+            found = _mix(here[0], here[1], found, here[2] if shared else np.zeros_like(here[2]), switch_dn)
         assert found is not None
         result[part] = found[1]
     return result
@@ -70,15 +108,25 @@ def _node_moments(sensor: HdrSensorPlan, place: int, count: int) -> tuple[np.nda
 
     All in the combined signal [DN, DN^2]; the electron counts are those of a pixel, the sum over `count` photosites.
     """
-    reading, steps = sensor.readings[place], sensor.reading_steps(place)
+    steps = sensor.reading_steps(place)
     top_e = count * clipping_electrons(steps[:-1])  # the last one combines
     roots = np.linspace(0.0, math.sqrt(top_e), _NODES)
     electrons = roots**2 / count
-    signal = clipped_moments(steps, electrons)
-    until = next(place for place, step in enumerate(steps) if step.name in READOUT_STAGES)
-    charge = clipped_moments(steps[:until], electrons)
-    gain = reading.factor * _slope(steps[until:-1])
-    return roots, signal.mean, signal.variance + _companding_variance(sensor, place, signal), gain**2 * charge.variance
+    readout = read_out_of(steps)
+    charge = clipped_moments(steps[: -len(readout)], electrons)
+    return roots, *_reading_moments(sensor, place, readout, charge)
+
+
+def _reading_moments(
+    sensor: HdrSensorPlan, place: int, readout: Sequence[SignalStep], charge: Moments
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return mean, variance and the charge's part of the variance of a reading in the combined signal [DN, DN^2].
+
+    readout: the steps from the charge on, the last one combines. charge: its moments, arrays float64 [e-, e-^2].
+    """
+    signal = pass_on(readout, charge)
+    gain = sensor.readings[place].factor * _slope(readout[:-1])
+    return signal.mean, signal.variance + _companding_variance(sensor, place, signal), gain**2 * charge.variance
 
 
 def _slope(steps: Sequence) -> float:

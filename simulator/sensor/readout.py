@@ -10,12 +10,14 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.camera.remosaic import remosaic_weights
+from simulator.sensor.code_variance import map_moments
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor, tile_extremes
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.kernel.noise_free import code_of_charge, code_of_light, mean_charge, mean_electrons
 from simulator.sensor.kernel.tiles import TILE_HEIGHT
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.stages.stage import Moments
 
 STEPS_AT_ONCE = 16  # of blooming, before it is looked at whether any charge still moves
 
@@ -204,11 +206,63 @@ def share_with_neighbors(device: Device, source: Buffer, window: Window, shares:
     return result
 
 
+def share_variance(device: Device, geometry: ReadoutGeometry, variance: Buffer, is_summed: bool) -> Buffer:
+    """Return the variance of charges after electrical crosstalk [e-^2], float32.
+
+    variance: of the independent charges of the computed photosites, (height, width) float32 [e-^2]. is_summed: whether the
+    result is that of the sums of binned photosites, in the shape of the binned frame, or that of each photosite.
+    """
+    area, frame, factor, step = geometry.computed, geometry.computed, 1, 1
+    if is_summed and geometry.binning is not None:
+        frame, factor, step = geometry.binned, geometry.binning.factor, geometry.filter_step
+    result = device.empty((frame.height, frame.width), np.float32)
+    kernel = device.kernel("crosstalk_variance", {"FACTOR": factor, "STEP": step})
+    squares = device.upload(geometry.crosstalk.squared_shares(factor, step))
+    arguments = {"variance": variance, "mixed": result, "squares": squares, "width": area.width, "height": area.height}
+    device.run(kernel, (frame.width, frame.height), None, **arguments)
+    return result
+
+
 def share_charge(device: Device, geometry: ReadoutGeometry, charge: Buffer) -> Buffer:
     """Return the charge [e-] that is read out: after electrical crosstalk, and summed over binned photosites."""
-    if any(geometry.crosstalk.electrical_shares):
+    if geometry.mixes_charge:
         charge = share_with_neighbors(device, charge, geometry.computed, geometry.crosstalk.electrical_shares)
     return _bin(device, geometry, "electrons", charge, np.float32) if geometry.adds_charge else charge
+
+
+def read_charge_moments(device: Device, sensor: SensorPlan, light: Buffer) -> Moments:
+    """Return mean [e-] and variance [e-^2] of the charge of each photosite that is read out, (height, width) float32 each.
+
+    light: as of `read_mean_electrons`. Electrical crosstalk mixes the means with its shares, the variances with their squares.
+    Charges of binned photosites are summed; where their codes are averaged, the shared variance is what they have in common.
+    """
+    geometry, frame, read = sensor.readout, sensor.readout.computed, sensor.readout.read
+    shape = frame.height, frame.width
+    electrons = device.empty(shape, np.float32)
+    mean_electrons(device, light, electrons, shape, [FrameSetting(sensor.stages, x=frame.x, y=frame.y)])
+    light_e = Moments(device.download(electrons, shape, np.float32), np.zeros(shape, np.float32))
+    collected = map_moments(sensor.charge_steps(), light_e)
+    mean, apart = share_charge(device, geometry, device.upload(collected.mean)), device.upload(collected.variance)
+    variance = share_variance(device, geometry, apart, geometry.adds_charge)
+    found = Moments(*(device.download(one, (read.height, read.width), np.float32) for one in (mean, variance)))
+    if not geometry.averages:
+        return found
+    (rows, columns), binned = geometry.binned_places(), geometry.binned
+    sums = share_variance(device, geometry, apart, True), _bin(device, geometry, "electrons", variance, np.float32)
+    of_sum, alone = (device.download(one, (binned.height, binned.width), np.float32) for one in sums)
+    common = np.divide(of_sum - alone, alone, out=np.zeros_like(alone), where=alone > 0.0)
+    return found.plus(shared_variance=common[np.ix_(rows, columns)] * found.variance)
+
+
+def mixed_variance(device: Device, sensor: SensorPlan, light: Buffer) -> np.ndarray:
+    """Return the variance of each code [DN^2] of a sensor with electrical crosstalk, (height, width) float32.
+
+    light: as of `read_mean_electrons`.
+    """
+    variance = map_moments(sensor.readout_steps(), read_charge_moments(device, sensor, light)).variance
+    if sensor.readout.averages:
+        variance = download_averaged(device, sensor.readout, device.upload(variance))
+    return variance[sensor.readout.kept]
 
 
 def download_averaged(device: Device, geometry: ReadoutGeometry, signal: Buffer) -> np.ndarray:

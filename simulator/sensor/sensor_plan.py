@@ -10,7 +10,7 @@ import numpy as np
 
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.readout_window import ReadoutGeometry, plan_readout
-from simulator.sensor.kernel.kernel_program import in_order, signal_steps, white_level_dn
+from simulator.sensor.kernel.kernel_program import CHARGE_STAGES, READOUT_STAGES, in_order, signal_steps, white_level_dn
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.exposure import Integration
 from simulator.sensor.stages.full_well import FullWell
@@ -105,6 +105,14 @@ class SensorPlan:
             of_rows = {one.stem: binning.of_rows(one, self.readout.filter_step) for one in sensor if one.is_common_to_rows}
             steps = [of_rows.get(step.name, step) for step in steps]
         return [*steps, SignalStep("binning", binning.of_code)]
+
+    def charge_steps(self) -> list[SignalStep]:
+        """Return the steps from the photoelectrons to the charge that a photosite collects, before any is shared or summed."""
+        return [step for step in self.moment_steps() if step.name in CHARGE_STAGES]
+
+    def readout_steps(self) -> list[SignalStep]:
+        """Return the steps from the charge that is read out, mixed and summed, to the code."""
+        return read_out_of(self.moment_steps())
 
     def row_noise_dn2(self) -> dict[Stage, float]:
         """Return the variance of the code [DN^2] by each stage that is common to rows, without clipping."""
@@ -210,6 +218,11 @@ class SensorPlan:
         slope_dn = (one.variance - dark.variance) / (one.mean - dark.mean)
         at_black = max(dark.variance - slope_dn * self._above_black(dark), 0.0)
         return slope_dn / self.full_scale_dn(), at_black / self.full_scale_dn() ** 2
+
+
+def read_out_of(steps: list[SignalStep]) -> list[SignalStep]:
+    """Return those of the steps from the photoelectrons on, as `SensorPlan.moment_steps` has them, that read the charge out."""
+    return steps[next(place for place, step in enumerate(steps) if step.name in READOUT_STAGES) :]
 
 
 def _code_offsets_dn(offsets_dn: Iterable[float], later: tuple[Stage, ...]) -> np.ndarray:

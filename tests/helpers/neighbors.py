@@ -29,6 +29,24 @@ def stencil_sum(mosaic: np.ndarray, stencil: np.ndarray) -> np.ndarray:
     return sum(stencil[y, x] * padded[y : y + height, x : x + width] for y in range(3) for x in range(3))
 
 
+def binned_variance(variance: np.ndarray, stencil: np.ndarray, factor: int, step: int) -> np.ndarray:
+    """Variance of the binned `stencil_sum` of independent numbers; shares add before they are squared."""
+    height, width = variance.shape
+    places = np.pad(np.arange(variance.size).reshape(height, width), 1, mode="edge")
+    rows, columns = (side // (factor * step) * step for side in (height, width))
+    result = np.zeros((rows, columns))
+    for row in range(rows):
+        for column in range(columns):
+            y, x = (place // step * factor * step + place % step for place in (row, column))
+            shares = np.zeros(variance.size)
+            for down in range(0, factor * step, step):
+                for right in range(0, factor * step, step):
+                    np.add.at(shares, places[y + down : y + down + 3, x + right : x + right + 3], stencil)
+            used = shares > 0.0
+            result[row, column] = shares[used] ** 2 @ variance.ravel()[used]
+    return result
+
+
 def bloomed(charge: np.ndarray, capacity_e: float, sides: int, reach: int) -> tuple[np.ndarray, float]:
     """Charge after blooming into 2 or 4 sides, packet by packet, and what is drained."""
     ways, held = [(-1, 0), (1, 0), (0, -1), (0, 1)][:sides], np.minimum(charge, capacity_e)

@@ -44,7 +44,8 @@ SHOTS = {
     "distorted, with glare": shot_of(lens=replace(SHARP, veiling_glare=0.02, distortion=Distortion(k1=-0.01))),
     "an odd window": shot_of(small_camera(WIDTH, HEIGHT, "RGGB", window=Window(3, 7, 61, 390))),
     "charge of blocks": shot_of(
-        small_camera(WIDTH, HEIGHT, "RGGB", binning=Binning(3, "charge"), crosstalk=Crosstalk(0.02, 0.01, 0.01, 0.005))
+        small_camera(WIDTH, HEIGHT, "RGGB", binning=Binning(3, "charge"), crosstalk=Crosstalk(0.02, 0.01, 0.01, 0.005)),
+        truth=("variance",),
     ),
     "codes of blocks, grey": shot_of(
         small_camera(WIDTH, HEIGHT, binning=Binning(2, "average"), window=Window(0, 6, 70, 260)), depth_m=SLOPE_M

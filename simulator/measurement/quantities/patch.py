@@ -70,5 +70,8 @@ class Patch:
         if later_exposures(shot.exposure, shot.camera):
             rule = "the noise of a frame of several exposures needs the light of each; add variance to truth"
             raise PhotositeError(rule, key="truth", value=list(shot.truth))
+        if shot.camera.crosstalk is not None and any(shot.camera.crosstalk.electrical_shares):
+            rule = "the noise of mixed charges needs the light of each photosite and of its neighbours; add variance to truth"
+            raise PhotositeError(rule, key="truth", value=list(shot.truth))
         sensor = frame.sensor("patch")
         return [variance_map(sensor, part) for part in frame.planes(raw.mean_electrons[raw.active], self.plane, self.area)]

@@ -46,6 +46,33 @@ class Crosstalk:
         factor: photosites on either side that are summed, `step` photosites apart. Crosstalk moves charge between them, so that
         their sum keeps more of its noise than each of them.
         """
+        one, summed = self._summed_shares(1, 1), self._summed_shares(factor, step)
+        return float((summed**2).sum() / (factor**2 * (one**2).sum()))
+
+    def squared_shares(self, factor: int, step: int) -> np.ndarray:
+        """Return the squares of the shares of the charge around summed photosites that go into the sum, float32.
+
+        Shape (16, taps, taps), taps = step * (factor - 1) + 3: without an edge, and where the frame ends above (+ 1), below
+        (+ 2), to the left (+ 4) or to the right (+ 8) of them; there the outermost photosites stand in for those beyond, so
+        that their shares add. factor, step: as of `correlation`.
+        """
+        tables = []
+        for edges in range(16):
+            shares = self._summed_shares(factor, step)
+            for ends, view in (
+                (edges & 1, shares),
+                (edges & 2, shares[::-1]),
+                (edges & 4, shares.T),
+                (edges & 8, shares.T[::-1]),
+            ):
+                if ends:
+                    view[1] += view[0]
+                    view[0] = 0.0
+            tables.append(shares**2)
+        return np.array(tables, np.float32)
+
+    def _summed_shares(self, factor: int, step: int) -> np.ndarray:
+        """Return the shares of the charge around summed photosites that go into the sum, (taps, taps) float64."""
         side, corner = self.electrical_shares
         shares = np.array([[corner, side, corner], [side, self.kept(self.electrical_shares), side], [corner, side, corner]])
         reach = step * (factor - 1) + 1
@@ -53,7 +80,7 @@ class Crosstalk:
         for row in range(0, reach, step):
             for column in range(0, reach, step):
                 summed[row : row + 3, column : column + 3] += shares
-        return float((summed**2).sum() / (factor**2 * (shares**2).sum()))
+        return summed
 
     @property
     def optical_shares(self) -> tuple[float, float]:

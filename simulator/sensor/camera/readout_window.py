@@ -4,6 +4,8 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.blooming import Blooming
@@ -54,7 +56,7 @@ class ReadoutGeometry:
     @property
     def shares_charge(self) -> bool:
         """Whether photosites exchange or sum charge, so that the fused kernel runs in two parts."""
-        return self.adds_charge or self.blooming is not None or self.crosstalk.electrical_shares != (0.0, 0.0)
+        return self.adds_charge or self.blooming is not None or self.mixes_charge
 
     def shared_moments(self, charge: Moments) -> Moments:
         """Return the moments after electrical crosstalk between equally illuminated photosites, and what binned ones share."""
@@ -63,6 +65,11 @@ class ReadoutGeometry:
             return mixed
         shared = self.crosstalk.correlation(self.binning.factor, self.filter_step) - 1.0
         return mixed.plus(shared_variance=shared * mixed.variance)
+
+    @property
+    def mixes_charge(self) -> bool:
+        """Whether electrical crosstalk mixes the charges of neighbours."""
+        return any(self.crosstalk.electrical_shares)
 
     @property
     def is_plain(self) -> bool:
@@ -90,6 +97,13 @@ class ReadoutGeometry:
         factor = self.binning.factor
         width, height = (self._binned_side(side) for side in (self.computed.width, self.computed.height))
         return Window(self.computed.x // factor, self.computed.y // factor, width, height)
+
+    def binned_places(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return row and column of the binned frame that each computed row and column belongs to; the last one beyond it."""
+        factor, step, frame = 1 if self.binning is None else self.binning.factor, self.filter_step, self.binned
+        rows, columns = np.arange(self.computed.height), np.arange(self.computed.width)
+        down, across = (side // (factor * step) * step + side % step for side in (rows, columns))
+        return np.minimum(down, frame.height - 1), np.minimum(across, frame.width - 1)
 
     @property
     def read(self) -> Window:

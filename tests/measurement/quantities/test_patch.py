@@ -20,6 +20,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera_sections import IsoSetting
+from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.stages.color_bias import ColorBias
 from simulator.sensor.stages.dark_current import DarkCurrent
@@ -138,6 +139,15 @@ def test_a_map_of_the_variance_in_the_truth_is_taken_and_demanded_of_several_exp
     hdr = lit(0.1, cfa="MONO", bit_depth=12, hdr_readout=HdrReadout(exposures=(1.0, 1 / 16)))
     with pytest.raises(PhotositeError, match="truth = .*: the noise of a frame of several exposures .* add variance"):
         Patch().measure(MeasuredFrame.from_raw(simulate(hdr), hdr))
+
+
+def test_a_map_of_the_variance_is_demanded_where_electrical_crosstalk_mixes_charges():
+    """A colour's noise depends on the light of the others, which the mean electrons after crosstalk do not tell."""
+    shot = lit(0.1, crosstalk=Crosstalk(electrical=0.02))
+    with_map = dataclasses.replace(shot, truth=("variance",))
+    assert Patch().measure(MeasuredFrame.from_raw(simulate(with_map), with_map)).figures["noise_dn"].value > 0.0
+    with pytest.raises(PhotositeError, match="truth = .*: the noise of mixed charges needs .* add variance to truth"):
+        Patch().measure(MeasuredFrame.from_raw(simulate(shot), shot))
 
 
 def test_an_area_outside_and_a_colour_that_is_not_there_are_told():
