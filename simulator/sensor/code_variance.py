@@ -93,11 +93,11 @@ def pass_on(steps: Sequence[SignalStep], signal: Moments) -> Moments:
         clipped = step.clip_limits(limits)
         if clipped is not None:
             limits = clipped
-            signal = _clip(signal, *limits)
+            signal = clip_moments(signal, *limits)
     return signal
 
 
-def _clip(signal: Moments, low: float, high: float) -> Moments:
+def clip_moments(signal: Moments, low: float, high: float) -> Moments:
     """Return the moments of a normal distribution clipped to limits; those farther than _REACH inside are unchanged.
 
     A mean beyond a limit becomes the limit however far beyond it lies.

@@ -33,7 +33,10 @@ def read_out_combined(device: Device, sensor: HdrSensorPlan, lights: Sequence[Bu
 
 
 def read_noise_free_combined(device: Device, sensor: HdrSensorPlan, lights: Sequence[Buffer]) -> np.ndarray:
-    """Return the combined signal without noise, rounding and companding [DN], (height, width) float32. lights: as above."""
+    """Return the combined signal without noise, rounding and companding [DN], (height, width) float32.
+
+    It is clipped at 0 and the white level. lights: as above.
+    """
     frame, read = sensor.readout.computed, sensor.readout.read
     combined = device.empty((read.height, read.width), np.float32)
     kernel = device.kernel("combine_noise_free", {}, file="hdr_readout.cl")
@@ -51,6 +54,7 @@ def read_noise_free_combined(device: Device, sensor: HdrSensorPlan, lights: Sequ
             black_dn=reading.black_dn,
             factor=reading.factor,
             combined_black_dn=sensor.black_level_dn,
+            combined_white_dn=float(sensor.white_level_dn()),
             switch_dn=float(reading.switch_dn),
         )
     return device.download(combined, (read.height, read.width), np.float32)[sensor.readout.kept]

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.sensor.code_variance import clipped_moments, clipping_electrons, pass_on
+from simulator.sensor.code_variance import clip_moments, clipped_moments, clipping_electrons, pass_on
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.readout import read_charge_moments
 from simulator.sensor.sensor_plan import read_out_of
@@ -123,10 +123,16 @@ def _reading_moments(
     """Return mean, variance and the charge's part of the variance of a reading in the combined signal [DN, DN^2].
 
     readout: the steps from the charge on, the last one combines. charge: its moments, arrays float64 [e-, e-^2].
+    Where a full well sets the white level, it has clipped the charge; the combined signal's clip at white then acts on the
+    noise of the read-out alone.
     """
     signal = pass_on(readout, charge)
     gain = sensor.readings[place].factor * _slope(readout[:-1])
-    return signal.mean, signal.variance + _companding_variance(sensor, place, signal), gain**2 * charge.variance
+    of_charge = gain**2 * charge.variance
+    own = np.maximum(signal.variance - of_charge, 0.0)
+    clipped = clip_moments(Moments(signal.mean, own), 0.0, float(sensor.white_level_dn()))
+    signal = Moments(clipped.mean, signal.variance - (own - clipped.variance))
+    return signal.mean, signal.variance + _companding_variance(sensor, place, signal), of_charge
 
 
 def _slope(steps: Sequence) -> float:
@@ -141,7 +147,7 @@ def _companding_variance(sensor: HdrSensorPlan, place: int, signal: Moments) -> 
     """Return the variance of the error of rounding and companding among the codes that a reading's noise reaches [DN^2]."""
     reading = sensor.readings[place]
     table = sensor.table(reading).astype(np.float64)
-    error = table - sensor.combined_dn(reading, np.arange(len(table)))
+    error = table - np.clip(sensor.combined_dn(reading, np.arange(len(table))), 0.0, sensor.white_level_dn())
     sums, squares = (np.concatenate([[0.0], np.cumsum(error**power)]) for power in (1, 2))
     centre = (signal.mean - sensor.black_level_dn) / reading.factor + reading.black_dn
     half = np.maximum(np.sqrt(3.0 * np.maximum(signal.variance, 0.0)) / reading.factor, 2.0)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.hdr_bench import DUAL_GAIN, TWO_EXPOSURES, TWO_PHOTODIODES, combined_codes, hdr_plan
+from helpers.hdr_bench import DUAL_GAIN, SHOT_NOISE, TWO_EXPOSURES, TWO_PHOTODIODES, combined_codes, hdr_plan
 from helpers.randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
@@ -16,6 +16,7 @@ from simulator.sensor.hdr_passes import read_noise_free_combined, reading_seeds
 from simulator.sensor.hdr_variance import combined_variance
 from simulator.sensor.readout import read_out
 from simulator.sensor.seeds import Seeds
+from simulator.sensor.stages.full_well import FullWell
 
 LEVELS_E = np.concatenate(
     [[0.0, 3.0, 100.0, 1500.0, 2700.0], np.linspace(2760.0, 2910.0, 6), [3000.0, 3500.0, 20000.0, 45000.0]]
@@ -85,6 +86,24 @@ def test_seeds_of_later_readings_are_those_of_no_frame_nearby():
     seeds = [reading_seeds(Seeds(5, frame), place) for frame in range(100) for place in range(4)]
     assert len({one.frame for one in seeds}) == 400 and {one.body for one in seeds} == {5}
     assert reading_seeds(Seeds(5, 7), 0) == Seeds(5, 7)
+
+
+@pytest.mark.parametrize("readout", [DUAL_GAIN, TWO_EXPOSURES, TWO_PHOTODIODES], ids=["gains", "exposures", "photodiodes"])
+def test_overfull_wells_of_the_last_reading_are_clipped_at_white(device, readout):
+    """Half of the noise of their read-out lies above white, which no code does; nor does the noise-free signal."""
+    level_e, columns = np.array([2.0e4, 3.9e4, 4.2e4, 1e6]), 30000
+    capacity_e = 40005.9 if readout is DUAL_GAIN else 2505.7  # of the last reading a fraction of a code above its white level
+    sensor = hdr_plan(readout, columns, len(level_e), stages=SHOT_NOISE | {"full_well": FullWell(capacity_e)})
+    means = np.repeat(level_e[:, None], columns, axis=1)
+    lights = [device.upload(means.astype(np.float32))] * len(sensor.exposures)
+    clean = read_noise_free_combined(device, sensor, lights)
+    assert clean.max() == sensor.white_level_dn()
+    shares = sensor.spec.exposure_shares
+    variance = combined_variance(sensor, [share * means[:, :1].astype(np.float32) for share in shares])[:, 0]
+    codes = combined_codes(device, sensor, means).astype(float)
+    assert (codes[-1] == sensor.white_level_dn()).mean() > 0.4
+    found = zip(level_e, codes, variance, strict=True)
+    accept({level: variance_p(row, truth, float(stats.kurtosis(row))) for level, row, truth in found})
 
 
 def test_crosstalk_of_charge_comes_before_all_readings(device):
