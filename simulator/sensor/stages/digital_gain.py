@@ -26,7 +26,11 @@ class DigitalGain(Stage):
         require(0 < self.factor <= 65536, "digital_gain.factor", self.factor, "give a factor above 0, up to 65536")
 
     def moments(self, signal: Moments) -> Moments:
-        """Give factor (mean - black) + black, factor^2 var + 1/12 DN^2 (rounding; none where the factor is whole)."""
+        """Give factor (mean - black) + black, factor^2 var + 1/12 DN^2 (rounding; none where the factor is whole).
+
+        The rounding is taken as noise of its own: the variance is right to 10 % where the noise is at least 5 DN before the
+        gain and 1 DN after it, to 20 % from 3 DN on.
+        """
         rounding = 0.0 if float(self.factor).is_integer() else 1.0 / 12.0
         return signal.plus(mean=-self.black_level_dn).scaled(self.factor).plus(mean=self.black_level_dn, variance=rounding)
 
