@@ -18,6 +18,7 @@ from typing import Literal, Self
 
 import numpy as np
 
+from simulator.exposure.light_curve import collect
 from simulator.exposure.line_times import LineTimes
 from simulator.optics.geometry.image_motion import ImageMotion
 from simulator.optics.geometry.instants import TimedPath
@@ -357,18 +358,18 @@ class JointMotion:
 
         lines: (lines,) places among the lines, whole at the middle of one.
         """
-        path, own = self.path, [lines_at(one, lines) for one in self.path.openings]
-        first = own[0]
+        path = self.path
+        first = lines_at(path.openings[0], lines)
         is_box = bool(np.all(first.open_s == first.opens_s) and np.all(first.closed_s == first.closes_s))
         if is_box and self._is_evenly_lit:
             return first.opens_s[:, None] + (first.closed_s - first.opens_s)[:, None] * shares
         middles = np.empty((len(lines), FLICKER_STRATA))
         for line in range(len(lines)):
-            begin, end = min(one.opens_s[line] for one in own), max(one.closed_s[line] for one in own)
+            only = [lines_at(one, lines[[line]]) for one in path.openings]
+            begin, end = min(float(one.opens_s[0]) for one in only), max(float(one.closed_s[0]) for one in only)
             inside = np.linspace(begin, end, 16 * FLICKER_STRATA + 1)
-            cell = np.clip(np.searchsorted(path.times_s, inside, side="right") - 1, 0, len(path.light) - 1)
-            density = path.light[cell] * sum(_opening(one, line, inside) for one in own)
-            sums = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+            come = np.sum([collect(path.curve, one, path.start_s, path.start_s + inside)[0] for one in only], axis=0)
+            sums = np.maximum.accumulate(come)  # in the dark differences round to either side
             if sums[-1] <= 0.0:
                 sums = np.linspace(0.0, 1.0, len(inside))
             middles[line] = np.interp((np.arange(FLICKER_STRATA) + 0.5) / FLICKER_STRATA * sums[-1], sums, inside)
@@ -379,14 +380,6 @@ class JointMotion:
 def _length(vectors: np.ndarray) -> np.ndarray:
     """Lengths of vectors (..., 2)."""
     return np.hypot(vectors[..., 0], vectors[..., 1])
-
-
-def _opening(lines: LineTimes, line: int, times_s: np.ndarray) -> np.ndarray:
-    """Share of the light that passes the shutter over a line at some times."""
-    begin, open_s, closes_s, end = (one[line] for one in (lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s))
-    rise = np.clip((times_s - begin) / max(open_s - begin, 1e-15), 0.0, 1.0)
-    fall = np.clip((end - times_s) / max(end - closes_s, 1e-15), 0.0, 1.0)
-    return lines.peak[line] * np.minimum(rise, fall)
 
 
 def lines_at(lines: LineTimes, places: np.ndarray) -> LineTimes:

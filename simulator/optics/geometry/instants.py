@@ -11,17 +11,19 @@ the path.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Literal, Self
 
 import numpy as np
 
+from simulator.exposure.light_curve import LightCurve, SteadyLight
 from simulator.exposure.line_times import LineTimes
 from simulator.optics.geometry.end_spacing import EndSpacing
 from simulator.optics.geometry.fixed_blur import Skew
 from simulator.optics.geometry.image_motion import ImageMotion
+from simulator.optics.geometry.lit_integrals import LitIntegrals, cell_light
 
 LEAST_CELLS, MOST_CELLS = 512, 131072  # of the time in which any line is open, in which a path is straight
 CELLS_PER_LINE = 256  # of the time for which a line is open
@@ -33,7 +35,7 @@ EDGE_MARGIN = 2.0  # by which the error at other places of the picture may be la
 MIDDLE = 4  # number of the sensor's middle among `ImageGeometry.corners`
 VIEWS = 18  # of `ImageMotion.displacements` of a surface: corners at its nearest and at its farthest distance
 
-Light = Callable[[np.ndarray], np.ndarray]
+STEADY = SteadyLight()
 
 
 @dataclass(frozen=True)
@@ -73,14 +75,14 @@ class TimedPath:
     """A path of images under a shutter, as straight pieces: how far it reaches, and the instants that represent it."""
 
     def __init__(
-        self, motion: ImageMotion, openings: LineTimes | tuple[LineTimes, ...], start_s: float, light: Light | None = None
+        self, motion: ImageMotion, openings: LineTimes | tuple[LineTimes, ...], start_s: float, curve: LightCurve = STEADY
     ) -> None:
         """openings: when each line is open, from the release at start_s on the shot's clock on [s]; several add up.
 
-        light: brightness of steady light over time, of instants (instants,) [s] of the shot's clock; None: it is even.
+        curve: light over the shot's clock.
         """
         self.openings = (openings,) if isinstance(openings, LineTimes) else openings
-        self.motion, self.lines, self.start_s = motion, _span_of(self.openings), start_s
+        self.motion, self.lines, self.start_s, self.curve = motion, _span_of(self.openings), start_s, curve
         lines = self.lines
         first, last = float(lines.opens_s.min()), float(lines.closed_s.max())
         open_s = lines.closed_s - lines.opens_s
@@ -89,8 +91,7 @@ class TimedPath:
         cells = int(min(max(wanted, LEAST_CELLS), MOST_CELLS))
         self.times_s = np.linspace(first, last, cells + 1)
         self.poses = motion.pose_numbers(start_s + self.times_s)
-        middles = 0.5 * (self.times_s[1:] + self.times_s[:-1])
-        self.light = np.ones(cells) if light is None else np.asarray(light(start_s + middles), np.float64)
+        self.light = cell_light(curve, start_s + self.times_s)
         self.displacement_px = motion.displacements(self.poses)
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
         self.steps_px = steps.max(axis=1, initial=0.0)
@@ -363,7 +364,9 @@ class TimedPath:
         Returns (lines, edges - 1, 2 + numbers of poses). The shutter's trapezoid is three pieces, each linear in time.
         """
         values = np.concatenate([np.ones((len(self.times_s), 1)), self.times_s[:, None], self.poses], axis=1)
-        return np.sum([self._integrals_of(own, edges, values) for own in self.openings], axis=0)
+        found = np.sum([self._integrals_of(own, edges, values) for own in self.openings], axis=0)
+        found[..., 0] = np.maximum(found[..., 0], 0.0)  # in the dark differences round to either side
+        return found
 
     def _integrals_of(self, lines: LineTimes, edges: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Part of `_integrals` of one opening of each line. values: (times, values), linear between `times_s`."""
@@ -372,18 +375,22 @@ class TimedPath:
         )
         rises, falls = open_ - opens, closed - closes
         found = np.zeros((*np.subtract(edges.shape, (0, 1)), values.shape[1]))
-        plain = _Cumulated(self.times_s, values, self.light)
+        plain = self._integrals_until(values)
         flat = plain(np.clip(edges, open_, closes))
         found += lines.peak[:, None, None] * np.diff(flat, axis=1)
         if not (rises.any() or falls.any()):
             return found
-        moment = _Cumulated(self.times_s, values * self.times_s[:, None], self.light)
+        moment = self._integrals_until(values * self.times_s[:, None])
         ramps = ((opens, open_, rises, opens, 1.0), (closes, closed, falls, closed, -1.0))
         for begin, end, length, zero, sign in ramps:
             places = np.clip(edges, begin, end)
             slope = np.where(length > 0.0, sign * lines.peak[:, None] / np.where(length > 0.0, length, 1.0), 0.0)[..., None]
             found += slope * (np.diff(moment(places), axis=1) - zero[..., None] * np.diff(plain(places), axis=1))
         return found
+
+    def _integrals_until(self, values: np.ndarray) -> LitIntegrals:
+        """Integrals of values (times, values), linear between `times_s`, times light."""
+        return LitIntegrals(self.times_s, values, self.curve, self.light, self.start_s)
 
 
 def _spread_over(places: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
@@ -400,25 +407,6 @@ def _span_of(openings: tuple[LineTimes, ...]) -> LineTimes:
         return first
     opens, closed = np.min([one.opens_s for one in openings], axis=0), np.max([one.closed_s for one in openings], axis=0)
     return LineTimes(first.axis, opens, opens, closed, closed, np.ones(len(opens)))
-
-
-class _Cumulated:
-    """Integrals from the first time on of values that are linear in each cell, times light that is constant in each."""
-
-    def __init__(self, times_s: np.ndarray, values: np.ndarray, light: np.ndarray) -> None:
-        self.times_s, self.values, self.light = times_s, values, light
-        steps = light[:, None] * (0.5 * np.diff(times_s)[:, None] * (values[1:] + values[:-1]))
-        self.sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
-
-    def __call__(self, times_s: np.ndarray) -> np.ndarray:
-        """Integrals up to times of any shape, (..., values)."""
-        cell_s = (self.times_s[-1] - self.times_s[0]) / (len(self.times_s) - 1)
-        place = np.clip((times_s - self.times_s[0]) / max(cell_s, 1e-300), 0.0, len(self.times_s) - 1.0)
-        cell = np.minimum(place.astype(np.int64), len(self.times_s) - 2)
-        part = (place - cell)[..., None]
-        here, next_ = self.values[cell], self.values[cell + 1]
-        inside = part * (here + 0.5 * part * (next_ - here))
-        return self.sums[cell] + cell_s * self.light[cell][..., None] * inside
 
 
 def needed_instants(length: PathLength, contrast: float, allowed: float, cut_off: float) -> int:

@@ -287,7 +287,7 @@ def moving_path(
     vectors = pixel_vectors(scene, moving, geometry.scale * geometry.image_distance_px)
     drifts_px = None if vectors is None else vectors.polygon / geometry.scale
     motion = ImageMotion(geometry, surfaces, moving.camera, drifts_px)
-    path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
+    path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve)
     motion.check_view(path.poses)
     return path, vectors
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from simulator.exposure.camera_motion import Poses, SteadyMotion
+from simulator.exposure.flicker import MainsFlicker, PwmLamp
 from simulator.exposure.hand_tremor import HandTremor
 from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface
@@ -90,13 +91,11 @@ def test_a_ramp_of_the_shutter_and_a_lamp_weigh_the_instants():
     """A trapezoid of 2, 4 and 3 ms under light 1 + cos(2 pi 100 t): weights and mean place of a steady path, by dense sums."""
     lines = LineTimes("all", *(np.array([value]) for value in (0.001, 0.003, 0.007, 0.010, 0.8)))
 
-    def light(times_s: np.ndarray) -> np.ndarray:
-        return 1.0 + np.cos(200.0 * np.pi * times_s)
-
+    lamp = MainsFlicker(100.0, 1.0)
     times_s = 0.001 + (np.arange(90000) + 0.5) * 1e-7
     opening = np.clip(np.minimum((times_s - 0.001) / 0.002, (0.010 - times_s) / 0.003), 0.0, 1.0)
-    weight = opening * light(0.25 + times_s)
-    path = TimedPath(moved(SteadyMotion(right_m_per_s=1.0)), lines, 0.25, light)
+    weight = opening * (1.0 + np.cos(200.0 * np.pi * (0.25 + times_s)))
+    path = TimedPath(moved(SteadyMotion(right_m_per_s=1.0)), lines, 0.25, lamp)
     instants = path.instants(9)
     groups = np.array_split(np.arange(90000), 9)
     assert np.allclose(instants.weights[0], [weight[group].sum() / weight.sum() for group in groups], atol=2e-5)
@@ -104,6 +103,31 @@ def test_a_ramp_of_the_shutter_and_a_lamp_weigh_the_instants():
     assert np.allclose(instants.times_s[0], means, atol=1e-6)
     assert np.allclose(instants.pose_numbers[0, :, 3], means, atol=1e-6)
     assert np.allclose(path.instants(7, "light").weights, 1.0 / 7.0, rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("time_s", "lamp"),
+    [
+        (1.0, PwmLamp(500.0, 0.1)),
+        (1.0, PwmLamp(20_000.0, 0.3)),
+        (0.01, PwmLamp(100.0, 0.01, 250.0)),
+        (1.0, MainsFlicker(511.0, 1.0)),
+    ],
+    ids=["500 Hz", "20 kHz", "one pulse", "mains"],
+)
+def test_light_that_changes_within_cells_of_the_path_weighs_instants_exactly(time_s, lamp):
+    """Pulses as often as the cells of a path do not beat with them: weights and mean times by dense sums."""
+    path = TimedPath(moved(SteadyMotion(right_m_per_s=0.06 / time_s)), open_at_once(time_s), 0.25, lamp)
+    times_s = 0.25 + time_s * (np.arange(4_000_000) + 0.5) / 4_000_000
+    light = np.array_split(lamp.brightness(times_s).astype(np.float64), 40)
+    instants = path.of_shift().instants(40)
+    borders = np.searchsorted(times_s, 0.25 + time_s * path.borders(40))
+    assert np.ptp(np.diff(borders)) <= 1
+    weights = np.array([own.sum() for own in light])
+    assert np.allclose(instants.weights[0], weights / weights.sum(), atol=1e-5)
+    lit = weights > 0.0
+    means = [np.average(times, weights=own) for times, own in zip(np.array_split(times_s, 40), light, strict=True) if own.any()]
+    assert np.allclose(instants.times_s[0, lit], means, atol=2e-6 * time_s)
 
 
 def test_each_line_has_its_own_instants():
