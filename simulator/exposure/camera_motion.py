@@ -42,6 +42,11 @@ class CameraPath(Protocol):
         """First and last time of the shot's clock at which there is a pose [s]; infinite for a path without ends."""
         ...
 
+    @property
+    def fastest_hz(self) -> float:
+        """Highest frequency at which the pose may change [Hz]; 0 for one that changes evenly. Raises as `poses`."""
+        ...
+
     def poses(self, times_s: np.ndarray) -> Poses:
         """Return the poses at some instants (instants,) [s] of the shot's clock, on which `Exposure.start_s` is a time.
 
@@ -83,6 +88,11 @@ class SteadyMotion:
     def span_s(self) -> tuple[float, float]:
         """No ends [s]."""
         return ANY_TIME
+
+    @property
+    def fastest_hz(self) -> float:
+        """Turns in a second about the axis of the fastest rotation [Hz]."""
+        return max(abs(self.tilt_deg_per_s), abs(self.pan_deg_per_s), abs(self.roll_deg_per_s)) / 360.0
 
     def poses(self, times_s: np.ndarray) -> Poses:
         """Return the poses at some instants (instants,) [s]."""

@@ -58,6 +58,11 @@ class CameraTable:
         table, start_s = self._table()
         return float(table.times_s[0] - start_s), float(table.times_s[-1] - start_s)
 
+    @property
+    def fastest_hz(self) -> float:
+        """Highest frequency that the lines of the table hold [Hz]. Raises PhotositeError as `poses`."""
+        return self._table()[0].highest_hz
+
     def poses(self, times_s: np.ndarray) -> Poses:
         """Return the poses at some instants (instants,) [s].
 
@@ -125,6 +130,11 @@ class MeasuredClip:
         """First and last time of the clock at which there is a pose [s]. Raises PhotositeError as `poses`."""
         table, start_s = self._table()
         return float(table.times_s[0] - start_s), float(table.times_s[-1] - start_s)
+
+    @property
+    def fastest_hz(self) -> float:
+        """Highest frequency that the lines of the table hold [Hz]. Raises PhotositeError as `poses`."""
+        return self._table()[0].highest_hz
 
     def poses(self, times_s: np.ndarray) -> Poses:
         """Return the poses at some instants (instants,) [s]. Raises PhotositeError outside the clip."""

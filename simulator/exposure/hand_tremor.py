@@ -48,6 +48,11 @@ class HandTremor:
         """No ends [s]."""
         return ANY_TIME
 
+    @property
+    def fastest_hz(self) -> float:
+        """Upper end of the band [Hz]; 0 for a hand at rest."""
+        return self.highest_hz if self.rms_deg_per_s or self.location_rms_m_per_s else 0.0
+
     def poses(self, times_s: np.ndarray) -> Poses:
         """Return the poses at some instants (instants,) [s]: the integral of the speeds from clock 0 on."""
         hertz, cosine, sine = self._lines()

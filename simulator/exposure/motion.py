@@ -65,6 +65,12 @@ class Motion:
         """
         return _STILL.poses(times_s) if self.camera is None else self.camera.poses(times_s)
 
+    @property
+    def fastest_hz(self) -> float:
+        """Highest frequency at which the camera or a layer may move [Hz]. Raises as `check_span`."""
+        layers = [layer.fastest_hz(f"motion.layers.{number}") for number, layer in self.layers.items()]
+        return max([0.0 if self.camera is None else self.camera.fastest_hz, *layers])
+
     def layer_moves(self, number: int, times_s: np.ndarray, size: tuple[int, int]) -> LayerMoves | None:
         """Return where a layer is at some instants (instants,) of the clock [s]; None for one that stands still.
 

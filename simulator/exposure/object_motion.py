@@ -103,6 +103,14 @@ class LayerMotion:
             return f"{key}.path", self.path
         return None
 
+    def fastest_hz(self, key: str = "motion.layers") -> float:
+        """Return the turns in a second, and the highest frequency of the table if that is more [Hz].
+
+        key: of the layer, for messages. Raises PhotositeError for a table as `read_path` does.
+        """
+        turns = abs(self.spin_deg_per_s) / 360.0
+        return turns if self.path is None else max(turns, read_path(self.path, COLUMNS, f"{key}.path").highest_hz)
+
     def moves(
         self, times_s: np.ndarray, size: tuple[int, int], frame_time_s: float | None = None, key: str = "motion.layers"
     ) -> LayerMoves:

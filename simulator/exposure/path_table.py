@@ -23,6 +23,16 @@ class PathTable:
     times_s: np.ndarray
     values: np.ndarray
 
+    @property
+    def highest_hz(self) -> float:
+        """Highest frequency that the lines show, a period in four of them, where they lie densest [Hz]; 0: they go straight.
+
+        A tenth of their distances may be smaller, as those of a clock that stutters.
+        """
+        if len(self.times_s) == 2 or not np.ptp(self.values, axis=0).any():
+            return 0.0
+        return 0.25 / float(np.quantile(np.diff(self.times_s), 0.1))
+
     def at(self, times_s: np.ndarray, derivative: int = 0) -> np.ndarray:
         """Return values, or their derivative by time, at instants of the table, (instants, columns) float64."""
         from scipy.interpolate import CubicSpline  # a fifth of a second to import

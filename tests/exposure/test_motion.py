@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from simulator.errors import PhotositeError
+from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.camera_table import MeasuredClip
+from simulator.exposure.hand_tremor import HandTremor
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.vector_maps import VectorMap
@@ -16,6 +18,17 @@ VECTORS = VectorMap("flow.exr", "px/frame")
 def test_a_camera_on_a_tripod_does_not_move():
     poses = Motion().camera_poses(np.arange(3.0))
     assert poses.rotation_rad.shape == (3, 3) and not poses.rotation_rad.any() and not poses.location_m.any()
+
+
+def test_the_fastest_motion_is_that_of_any_part(tmp_path):
+    path = tmp_path / "path.csv"
+    path.write_text("time_s,rotation_deg\n" + "".join(f"{0.01 * line},{line % 2}\n" for line in range(9)))
+    spinning, by_table = LayerMotion(spin_deg_per_s=-3600.0), LayerMotion(path=path)
+    assert Motion().fastest_hz == Motion(layers={0: PER_FRAME}, frame_time_s=0.1).fastest_hz == 0.0
+    assert Motion(camera=HandTremor(1.0), layers={1: spinning}).fastest_hz == 12.0
+    assert Motion(camera=SteadyMotion(roll_deg_per_s=720.0), layers={1: spinning}).fastest_hz == 10.0
+    assert Motion(layers={0: spinning, 2: by_table}).fastest_hz == pytest.approx(25.0)
+    assert Motion(camera=MeasuredClip("the_closeup")).fastest_hz == pytest.approx(6.0, rel=0.02)
 
 
 def test_layers_that_are_not_named_stand_still():

@@ -71,6 +71,7 @@ class ImageMotion:
         and down [photosites/s], on top of its path; None: pixels do not move by themselves.
     spot_px: x, y of the photosites from those of the sensor, where a filter shifts what they see; homographies then take places
         from this one on to places from this one on.
+    fastest_hz: highest frequency at which anything may move [Hz].
     """
 
     geometry: ImageGeometry
@@ -78,6 +79,7 @@ class ImageMotion:
     camera: CameraPath | None = None
     drifts_px: np.ndarray | None = None
     spot_px: tuple[float, float] = (0.0, 0.0)
+    fastest_hz: float = 0.0
 
     def is_at_rest(self, surface: int) -> bool:
         """Whether the image of a surface is where it is at rest at every instant."""

@@ -27,7 +27,9 @@ from simulator.optics.geometry.lit_integrals import LitIntegrals, cell_light
 
 LEAST_CELLS, MOST_CELLS = 512, 131072  # of the time in which any line is open, in which a path is straight
 CELLS_PER_LINE = 256  # of the time for which a line is open
-CELLS_PER_S = 200.0  # enough for the tremor of a hand, up to 20 Hz
+CELLS_PER_S = 200.0
+CELLS_PER_PERIOD = 32  # of the fastest motion, which is then wrong by 1/200 of its way to either side
+UNEVEN_TURN = 0.38  # of a period in a cell, beside whole ones, where they are too many: whole ones alone would look like rest
 MOST_INSTANTS = 4096
 STRAIGHT_PX = 1e-4  # largest distance of a way from a straight one at an even speed [photosites]
 EDGE_CELLS, EDGE_DIRECTIONS, EDGE_FINER = 16, 4, 16  # of measured errors at edges: per photosite; over 180 deg; instants
@@ -88,7 +90,12 @@ class TimedPath:
         open_s = lines.closed_s - lines.opens_s
         line_s = float(open_s.min(initial=last - first, where=open_s > 0.0))
         wanted = max(CELLS_PER_LINE / max(line_s, 1e-12), CELLS_PER_S) * (last - first)
-        cells = int(min(max(wanted, LEAST_CELLS), MOST_CELLS))
+        periods = motion.fastest_hz * (last - first)
+        cells = int(min(max(wanted, CELLS_PER_PERIOD * periods, LEAST_CELLS), MOST_CELLS))
+        self.is_followed = cells >= math.floor(CELLS_PER_PERIOD * periods)
+        turn, whole = math.modf(periods / cells)
+        if 2.0 * periods > cells and abs(turn - 0.5) > 0.2:
+            cells = math.ceil(periods / (whole + (turn > 0.5) + UNEVEN_TURN))
         self.times_s = np.linspace(first, last, cells + 1)
         self.poses = motion.pose_numbers(start_s + self.times_s)
         self.light = cell_light(curve, start_s + self.times_s)
@@ -207,6 +214,12 @@ class TimedPath:
         borders = self.borders(count)
         shares, weights = 0.5 * (borders[1:] + borders[:-1]), np.broadcast_to(np.diff(borders), (len(begin), count))
         return begin + shares[:, None, None] * (end - begin), weights
+
+    @property
+    def missed_px(self) -> float:
+        """Largest distance of the image from its straight pieces where they are too few to follow it; else 0 [photosites]."""
+        bends = np.diff(self.displacement_px, 2, axis=0)
+        return 0.0 if self.is_followed else float(np.linalg.norm(bends, axis=-1).max(initial=0.0)) / 8.0
 
     @property
     def farthest_px(self) -> float:

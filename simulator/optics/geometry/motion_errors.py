@@ -21,13 +21,20 @@ def motion_errors(motion: "MotionPlan | None", skipped: Skipped | None, sigma: f
     """
     if skipped is not None:
         return [ErrorTerm(MOTION, "none, since nothing moves far", skipped.sigma, STILL, falls=True)]
-    if motion is None or motion.method == "joint":  # whose error is that of the blur
+    if motion is None:
         return []
+    missed = []
+    if motion.missed_error:
+        cells, fastest_hz = len(motion.path.light), motion.path.motion.fastest_hz
+        cause = f"{cells} straight pieces of a path that may change at {fastest_hz:.3g} Hz"
+        missed = [ErrorTerm(MOTION, cause, motion.missed_error / sigma, SHORTER)]
+    if motion.method == "joint":  # whose other error is that of the blur
+        return missed
     how = "a straight path" if motion.is_exact else f"{motion.count} instants on a path"
     cause = f"{how} of {motion.length.longest_px:.3g} photosites"
     if motion.blur is not None and motion.blur.slope:
         cause += f", blur radii of its middle, which change by {motion.blur.slope:.2g} from photosite to photosite"
-    found = [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]
+    found = [*missed, ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]
     if motion.blur is not None and motion.blur.lamp_error:
         found.append(ErrorTerm(MOTION, "edges of the spots of lamps", motion.blur.lamp_error / sigma, FINER))
     return found

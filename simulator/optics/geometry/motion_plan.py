@@ -154,6 +154,7 @@ class MotionPlan:
     of lamps. same_px: difference of shifts of the image that are the same [photosites]. edge_count: instants that edges need,
     where corners need more; 0: all. instants_error: part of `error` that instants leave. straight_error: what a straight even
     way leaves in their place, of one that bends a little. is_exact: whether means over such a way are taken, not instants.
+    missed_error: predicted, of motion that is too fast to be followed (`TimedPath.missed_px`), which `error` does not hold.
     """
 
     method: MotionMethod
@@ -172,6 +173,7 @@ class MotionPlan:
     instants_error: float = 0.0
     straight_error: float = 0.0
     is_exact: bool = False
+    missed_error: float = 0.0
 
     @property
     def is_common(self) -> bool:
@@ -286,7 +288,7 @@ def moving_path(
     geometry = plan_geometry(lens, camera, projection)
     vectors = pixel_vectors(scene, moving, geometry.scale * geometry.image_distance_px)
     drifts_px = None if vectors is None else vectors.polygon / geometry.scale
-    motion = ImageMotion(geometry, surfaces, moving.camera, drifts_px)
+    motion = ImageMotion(geometry, surfaces, moving.camera, drifts_px, fastest_hz=moving.fastest_hz)
     path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve)
     motion.check_view(path.poses)
     return path, vectors
@@ -316,7 +318,7 @@ def plan_motion(
         if not is_kept:
             sigma = max(need.largest, need.dark) * farthest / need.sigma
             return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
-    length = path.length
+    length, missed = path.length, max(need.largest, need.dark) * min(path.missed_px, 1.0)
     edges, corners = need.contrast_along(length.longest_px), need.contrast_of_corners(length.longest_px, path.slant)
     contrast = max(edges, corners)
     steepest = max(need.largest, need.dark, need.dark_bend, contrast)
@@ -352,7 +354,7 @@ def plan_motion(
         deep, error = None, error + parallax
     swept = MotionPlan("swept", path, length, count, error, alike, even_count, vectors, lamp_count=lamp_count, same_px=same_px)
     bent = 0.0 if vectors is not None else steepest * path.bend_px  # pixels with velocities of their own have no common way
-    swept = replace(swept, edge_count=of_edges, instants_error=instants, straight_error=bent)
+    swept = replace(swept, edge_count=of_edges, instants_error=instants, straight_error=bent, missed_error=missed)
     if blur is None and deep is None:
         return swept
     reason = blur if isinstance(blur, str) else ""
@@ -369,7 +371,7 @@ def plan_motion(
     if moving.vectors is not None:
         raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(path.motion.surfaces) == 1):
-        return MotionPlan("joint", path, length, everywhere, error, alike, even_count, same_px=same_px)
+        return MotionPlan("joint", path, length, everywhere, error, alike, even_count, same_px=same_px, missed_error=missed)
     if deep is not None:
         raise PhotositeError(
             f"moves the image of layer {deep} by its distance, which differs from pixel to pixel; turn the camera "
@@ -385,7 +387,7 @@ def plan_motion(
     if need.lamps and not textured:  # which all photosites have instants for
         ends = spaced.dense_at_ends(max(count / spaced.excess, lamps), need.dark_lamps / need.lamps)
         path, everywhere = path.spaced(ends.spacing), max(everywhere, ends.count)
-    return MotionPlan("instants", path, length, everywhere, error, alike, even_count, reason=reason)
+    return MotionPlan("instants", path, length, everywhere, error, alike, even_count, reason=reason, missed_error=missed)
 
 
 def _turn_px(motion: ImageMotion, poses: np.ndarray, surface: int) -> float:
