@@ -66,12 +66,15 @@ class LightComponent:
     def lit_openings(self) -> tuple[LineTimes, ...]:
         """Return the openings limited to the time in which there is light, such as that of a flash, from the release on.
 
-        Exact where no ramp of the shutter lies across its begin or end.
+        A line whose shutter opens or closes while the light begins or ends keeps its own: a part of a ramp is no trapezoid.
         """
         begin, end = (instant - self.release_s for instant in self.curve.span_s)
         limited = []
         for lines in self.openings:
-            edges = np.clip([lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s], begin, end)
+            whole = np.array([lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s])
+            ramps = (whole[0], whole[1]), (whole[2], whole[3])
+            is_cut = np.any([_lies_inside(edge, *ramp) for ramp in ramps for edge in (begin, end)], axis=0)
+            edges = np.where(is_cut, whole, np.clip(whole, begin, end))
             limited.append(LineTimes(lines.axis, edges[0], edges[1], edges[2], edges[3], lines.peak))
         return tuple(limited)
 
@@ -190,6 +193,12 @@ class ExposedLight:
         if len(self.components) == 1:
             return slice(0, count)
         return slice(count // 2, count) if component.is_flash else slice(0, count // 2)
+
+
+def _lies_inside(time_s: float, begin_s: np.ndarray, end_s: np.ndarray) -> np.ndarray:
+    """Return whether a time lies within intervals and not at their ends, (lines,)."""
+    near_s = LEAST * (end_s - begin_s)
+    return (begin_s + near_s < time_s) & (time_s < end_s - near_s)
 
 
 def _digits(values: np.ndarray) -> list[float]:

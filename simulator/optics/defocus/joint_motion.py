@@ -366,8 +366,8 @@ class JointMotion:
         middles = np.empty((len(lines), FLICKER_STRATA))
         for line in range(len(lines)):
             only = [lines_at(one, lines[[line]]) for one in path.openings]
-            begin, end = min(float(one.opens_s[0]) for one in only), max(float(one.closed_s[0]) for one in only)
-            inside = np.linspace(begin, end, 16 * FLICKER_STRATA + 1)
+            lit = lines_at(path.lines, lines[[line]])
+            inside = np.linspace(lit.opens_s[0], lit.closed_s[0], 16 * FLICKER_STRATA + 1)
             come = np.sum([collect(path.curve, one, path.start_s, path.start_s + inside)[0] for one in only], axis=0)
             sums = np.maximum.accumulate(come)  # in the dark differences round to either side
             if sums[-1] <= 0.0:

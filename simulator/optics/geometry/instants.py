@@ -84,8 +84,8 @@ class TimedPath:
         curve: light over the shot's clock.
         """
         self.openings = (openings,) if isinstance(openings, LineTimes) else openings
-        self.motion, self.lines, self.start_s, self.curve = motion, _span_of(self.openings), start_s, curve
-        lines = self.lines
+        self.motion, self.start_s, self.curve = motion, start_s, curve
+        lines = self.lines = self._lit_span()
         first, last = float(lines.opens_s.min()), float(lines.closed_s.max())
         open_s = lines.closed_s - lines.opens_s
         line_s = float(open_s.min(initial=last - first, where=open_s > 0.0))
@@ -151,7 +151,7 @@ class TimedPath:
             )
             for own in self.openings  # of the same lines
         )
-        found.lines = _span_of(found.openings)
+        found.lines = found._lit_span()
         return found
 
     def of_shift(self, surfaces: Sequence[int] = (0,)) -> Self:
@@ -214,6 +214,17 @@ class TimedPath:
         borders = self.borders(count)
         shares, weights = 0.5 * (borders[1:] + borders[:-1]), np.broadcast_to(np.diff(borders), (len(begin), count))
         return begin + shares[:, None, None] * (end - begin), weights
+
+    def _lit_span(self) -> LineTimes:
+        """Return the first opening and the last closing of each line in the light, without ramps of several openings."""
+        first, *others = self.openings
+        if others:
+            opens = np.min([one.opens_s for one in self.openings], axis=0)
+            closed = np.max([one.closed_s for one in self.openings], axis=0)
+            first = LineTimes(first.axis, opens, opens, closed, closed, np.ones(len(opens)))
+        begin, end = (instant - self.start_s for instant in self.curve.span_s)
+        edges = np.clip([first.opens_s, first.open_s, first.closes_s, first.closed_s], begin, end)
+        return LineTimes(first.axis, edges[0], edges[1], edges[2], edges[3], first.peak)
 
     @property
     def missed_px(self) -> float:
@@ -411,15 +422,6 @@ def _spread_over(places: np.ndarray, weights: np.ndarray, count: int) -> np.ndar
     first = np.floor(places).astype(np.intp)
     share = places - first
     return np.bincount(first, weights * (1.0 - share), count) + np.bincount(first + 1, weights * share, count)
-
-
-def _span_of(openings: tuple[LineTimes, ...]) -> LineTimes:
-    """Return the first opening and the last closing of each line, without ramps in between, of openings that add up."""
-    first, *others = openings
-    if not others:
-        return first
-    opens, closed = np.min([one.opens_s for one in openings], axis=0), np.max([one.closed_s for one in openings], axis=0)
-    return LineTimes(first.axis, opens, opens, closed, closed, np.ones(len(opens)))
 
 
 def needed_instants(length: PathLength, contrast: float, allowed: float, cut_off: float) -> int:
