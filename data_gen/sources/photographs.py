@@ -155,7 +155,8 @@ class Photographs(FolderSource):
         """Read one picture; `rng` gives light, matrix, gains and brightness.
 
         A grey picture is one of neutral surfaces. A picture is turned upright as its Exif orientation says.
-        Raises PhotositeError for a file that is missing, damaged, of floats, of CMYK or Lab colours, or larger than memory.
+        Raises PhotositeError for a file that is missing, damaged, of a camera's raw format, of floats, of CMYK or Lab colours,
+        or larger than memory.
         """
         path = self.photographs / name
         with memory_for(path, KEY):
@@ -211,7 +212,7 @@ def linear_colours(largest: int, inverse_isp: InverseIsp) -> np.ndarray:
 
 def _rgb_codes(path: Path) -> np.ndarray:
     """Return the codes (height, width, 3 or 1 where it is grey) uint8 or uint16 of a picture, upright, alpha left out."""
-    file = read_pixels(path, KEY)
+    file = read_pixels(path, KEY, develop_options="")
     rule = f"stores {file.color_model} colours, which are not sRGB; convert it, or take it out of the folder"
     require(file.color_model in ("", "YCbCr"), KEY, path, rule)  # YCbCr comes decoded to R, G, B
     colours = [name for index, name in enumerate(file.channels) if index != file.alpha]

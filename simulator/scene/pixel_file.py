@@ -11,6 +11,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError, check_file, file_error, first_line, reading, require
 from simulator.progress import counted_as
+from simulator.scene.camera_raw import TO_LINEAR_LIGHT, refuse_raw
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -68,14 +69,16 @@ def memory_for(path: str | os.PathLike, key: str) -> Iterator[None]:
 
 
 @counted_as("files")
-def read_pixels(path: str | os.PathLike, key: str) -> PixelFile:
+def read_pixels(path: str | os.PathLike, key: str, develop_options: str = TO_LINEAR_LIGHT) -> PixelFile:
     """Read EXR, HDR, TIFF, PNG, JPEG (through OpenImageIO) or a NumPy .npy array (height, width[, channels]).
 
-    key: configuration key for messages.
-    Raises PhotositeError for a file that is missing, damaged, cut short, deep, or of an unknown kind.
+    key: configuration key for messages. develop_options: that make of a camera's raw file a picture as it is wanted, as
+    `refuse_raw` has them.
+    Raises PhotositeError for a file that is missing, damaged, cut short, deep, raw, or of an unknown kind.
     """
     path = Path(path)
     check_file(path, key)
+    refuse_raw(path, key, develop_options)
     return _read_array(path, key) if path.suffix.lower() == ".npy" else _read_picture(path, key)
 
 

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
 from helpers.picture_files import put
+from helpers.raw_frame import random_frame
 
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.spectral_cubes import SpectralCubes
 from simulator.color.spectra import WAVELENGTHS_NM, illuminant, reflectance_basis
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
+from simulator.raw.dng.writer import dng_bytes
 
 
 @pytest.fixture(scope="module")
@@ -125,11 +127,13 @@ def test_bad_files_are_refused_by_name(tmp_path, camera):
     }.items():
         put(tmp_path / name, pixels)
     (tmp_path / "text.exr").write_text("no picture")
+    (tmp_path / "raw.tif").write_bytes(dng_bytes(random_frame()))
     cases = {
         "nan.exr": r"^linear_images = .*nan\.exr: NaN in 1 of 168 pixels",
         "dark.exr": r"exposed_percentile = 99.0: .*dark\.exr is black there",
         "minus.exr": r"^linear_images = .*minus\.exr: negative radiance in",
         "two.npy": r"^linear_images = .*two\.npy: has 2 channels",
+        "raw.tif": r"^linear_images = .*raw\.tif: is a raw file of a camera.* --output linear_srgb --out \S*raw\.exr$",
         "text.exr": r"^linear_images = .*text\.exr: cannot be read",
         "gone.exr": r"^linear_images = .*gone\.exr: no such file",
     }

@@ -8,6 +8,7 @@ import pytest
 from helpers.camera_builders import small_camera
 from helpers.picture_files import put, random_codes
 from helpers.randomness import accept, mean_p
+from helpers.raw_frame import random_frame
 from scipy import optimize, stats
 
 from data_gen.sources import inverse_isp
@@ -16,6 +17,7 @@ from data_gen.sources.photographs import Photographs
 from data_gen.sources.source import CleanImage
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
+from simulator.raw.dng.writer import dng_bytes
 
 
 @pytest.fixture(scope="module")
@@ -232,12 +234,14 @@ def test_alpha_is_left_out(tmp_path, camera):
 def test_bad_files_are_refused_by_name(tmp_path, camera):
     source = Photographs(tmp_path, camera, extensions=(".png", ".tif", ".jpg"))
     put(tmp_path / "float.tif", random_codes().astype(np.float32))
+    (tmp_path / "raw.tif").write_bytes(dng_bytes(random_frame()))
     (tmp_path / "text.png").write_text("no picture")
     for name in ("cut.png", "cut.jpg"):
         whole = put(tmp_path / name, random_codes(200, 300)).read_bytes()
         (tmp_path / name).write_bytes(whole[: len(whole) // 2])
     cases = {
         "float.tif": r"float\.tif: holds float32.*linear_images",
+        "raw.tif": r"^photographs = .*raw\.tif: is a raw file of a camera.* run photosite develop \S*raw\.tif$",
         "text.png": r"text\.png: cannot be read",
         "cut.png": r"cut\.png: cannot be read",
         "cut.jpg": r"cut\.jpg: cannot be read",
