@@ -4,7 +4,7 @@ from simulator.optics.geometry.projection import UPRIGHT_PARTS, Projection
 
 OF_TILT = 0.45  # of the differences between even squares and the lean of a photosite in one part, in 99.9 % of the photosites
 OF_SMOOTH_TILT = 1.0 / 8.0  # the same of light that is linear between pixels as large as photosites
-LEAN_PX = 0.25  # radius of a blur circle from which on it hides that photosites lean over even squares
+LEAN_PX = 0.42  # radius of a blur circle from which on it hides that photosites lean over even squares
 
 
 def upright_parts(projection: Projection) -> int:
@@ -17,8 +17,8 @@ def lean_error(projection: Projection, width_px: int, height_px: int, parts: int
 
     Of even squares it is OF_TILT t / n^2 of their differences: an upright part moves a triangle of t / 8 of its side over an
     edge along that side. Of light that is linear between pixels as large as photosites it is OF_SMOOTH_TILT t / n^2: the mean
-    product of x and y of a parallelogram, which its parts lack. Circles hide it as R^1.5, from a quarter of a photosite on, or
-    from a pixel. Random black and white pixels leave 0.3 to 0.9 of it, in 99.9 % of the photosites.
+    product of x and y of a parallelogram, which its parts lack. Circles hide it as R^1.5, from LEAN_PX photosites on, or from
+    a pixel. Random black and white pixels leave 0.4 to 0.95 of it, in 99.9 % of the photosites.
     width_px, height_px: of the sensor [photosites]. radius_px: of the smallest blur circle [photosites]. detail: difference
     between pixels, of `scene_detail`.
     """

@@ -42,9 +42,12 @@ def test_circles_hide_that_photosites_lean_as_is_told(scale, radius_px):
     def means(of_x, of_y):
         """Means over parallelograms whose sides lean by these numbers of where a point lies along the other axis."""
         found = np.zeros((side, side))
-        for right, down in zip(x + lean * of_y, y + lean * of_x, strict=True):
-            rows, columns = (np.round((first + away) * fine - 0.5).astype(int) for away in (down, right))
-            found += light[np.ix_(rows, columns)]
+        for places in zip(y + lean * of_x, x + lean * of_y, strict=True):
+            (above, past_y), (left, past_x) = (divmod(away * fine - 0.5, 1.0) for away in places)
+            for below, share_y in ((0, 1.0 - past_y), (1, past_y)):
+                for right, share_x in ((0, 1.0 - past_x), (1, past_x)):
+                    rows, columns = (first * fine + int(away) for away in (above + below, left + right))
+                    found += share_y * share_x * light[np.ix_(rows, columns)]
         return found / len(x)
 
     in_parts = [(np.floor(place * parts) + 0.5) / parts - 0.5 for place in (x, y)]
