@@ -77,6 +77,20 @@ class Warp:
 
     def undistorted(self, x_px: ArrayLike, y_px: ArrayLike, channel: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Undistorted positions of points of the distorted picture: the inverse of `distorted`, by Newton's method, float64."""
+        a, b = self._inverse(x_px, y_px, channel)
+        return self.centre_x_px + self.unit_px * a, self.centre_y_px + self.unit_px * b
+
+    def sides(self, x_px: ArrayLike, y_px: ArrayLike, channel: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Sides of the parallelograms that photosites there see, in their length: derivatives xx, xy = yx, yy of `undistorted`.
+
+        A side to the right is (xx, xy), one down (xy, yy).
+        """
+        *_, xx, xy, yy = self._polynomial(*self._inverse(x_px, y_px, channel))
+        area = self.magnification[channel] * (xx * yy - xy * xy)
+        return yy / area, -xy / area, xx / area
+
+    def _inverse(self, x_px: ArrayLike, y_px: ArrayLike, channel: int) -> tuple[np.ndarray, np.ndarray]:
+        """Undistorted positions from the centre, in units of r."""
         far = self.unit_px * self.magnification[channel]
         seen_a, seen_b = (np.asarray(x_px, float) - self.centre_x_px) / far, (np.asarray(y_px, float) - self.centre_y_px) / far
         a, b = seen_a, seen_b
@@ -84,7 +98,7 @@ class Warp:
             new_a, new_b, xx, xy, yy = self._polynomial(a, b)
             miss_a, miss_b, area = new_a - seen_a, new_b - seen_b, xx * yy - xy * xy
             a, b = a - (yy * miss_a - xy * miss_b) / area, b - (xx * miss_b - xy * miss_a) / area
-        return self.centre_x_px + self.unit_px * a, self.centre_y_px + self.unit_px * b
+        return a, b
 
     def _polynomial(self, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Distorted position and its derivatives xx, xy = yx, yy, in units of r."""
@@ -141,21 +155,18 @@ class Warp:
     def extent(self, width_px: int, height_px: int) -> tuple[float, float, float, float]:
         """Return how undistorting widens the sensor and its photosites.
 
-        Undistorted over distorted width and height of the sensor, the largest local magnification, and the largest width or
-        height of a photosite's parallelogram, over its side.
+        Undistorted over distorted width and height of the sensor, the longest side of a photosite's parallelogram, and its
+        largest width or height, over the photosite's side.
         """
         reach_x, reach_y, stretch, widest = 1.0, 1.0, 1.0, 1.0
-        x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(0, width_px, 33), np.linspace(0, height_px, 33)))
+        x, y = _lattice(width_px, height_px)
         for channel in range(len(self.magnification)):
             u, v = self.undistorted(x, y, channel)
             reach_x = max(reach_x, 2.0 * float(np.abs(u - self.centre_x_px).max()) / width_px)
             reach_y = max(reach_y, 2.0 * float(np.abs(v - self.centre_y_px).max()) / height_px)
-            sides = []
-            for dx, dy in ((1.0, 0.0), (0.0, 1.0)):
-                beside = self.undistorted(x + dx, y + dy, channel)
-                sides.append(np.abs((beside[0] - u, beside[1] - v)))
-                stretch = max(stretch, float(np.hypot(*sides[-1]).max()))
-            widest = max(widest, float(np.sum(sides, axis=0).max()))
+            xx, xy, yy = np.abs(self.sides(x, y, channel))
+            stretch = max(stretch, float(np.hypot(np.maximum(xx, yy), xy).max()))
+            widest = max(widest, float((np.maximum(xx, yy) + xy).max()))
         return reach_x, reach_y, stretch, widest
 
     def tilt(self, width_px: int, height_px: int) -> float:
@@ -165,13 +176,14 @@ class Warp:
 
 @lru_cache(maxsize=8)
 def _tilt(warp: Warp, width_px: int, height_px: int) -> float:
+    places = _lattice(width_px, height_px)
+    return max(float(np.abs(warp.sides(*places, channel)[1]).max()) for channel in range(len(warp.magnification)))
+
+
+def _lattice(width_px: int, height_px: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places x, y on a sensor from edge to edge [photosites], (1089,) each, at which it is measured."""
     x, y = np.meshgrid(np.linspace(0, width_px, 33), np.linspace(0, height_px, 33))
-    found = 0.0
-    for channel in range(len(warp.magnification)):
-        u, v = warp.undistorted(x, y, channel)
-        below, right = warp.undistorted(x, y + 1.0, channel), warp.undistorted(x + 1.0, y, channel)
-        found = max(found, float(np.abs(below[0] - u).max()), float(np.abs(right[1] - v).max()))
-    return found
+    return x.ravel(), y.ravel()
 
 
 def plan_warp(

@@ -14,6 +14,7 @@ import tifffile
 from helpers.camera_builders import small_camera
 from helpers.scene_builders import band_scene
 from scipy.ndimage import map_coordinates
+from scipy.optimize import root
 
 from simulator.config import load_shot
 from simulator.device import open_device
@@ -103,6 +104,45 @@ def test_points_fall_where_the_polynomial_says(name):
         expected = written_out(LENSES[name], x, y, unit_px(LENSES[name]), channel)
         found = centroids(picture[..., channel], *expected)
         assert np.max(np.hypot(found[0] - expected[0], found[1] - expected[1])) < 0.05
+
+
+def inverse_by_roots(warp: Warp, x: float, y: float, channel: int) -> np.ndarray:
+    """Undistorted place of a point of the distorted picture, found by MINPACK's search from that point."""
+    found = root(lambda at: np.subtract(warp.distorted(*at, channel), (x, y)), (x, y), tol=1e-13)
+    assert np.max(np.abs(found.fun)) < 1e-9
+    return found.x
+
+
+TANGENTIAL = Distortion(k1=-0.1, p1=0.006, p2=-0.005, unit="half_diagonal", lateral=(1.004, 1.0, 0.997))
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 3), (3, 3), (40, 1), (1, 7), (300, 200)])
+@pytest.mark.parametrize("distortion", [Distortion(k1=-0.1224, unit="half_diagonal"), TANGENTIAL])
+def test_extent_and_tilt_are_those_of_the_inverse_on_the_sensor_however_small(distortion, size):
+    """A whole photosite beyond the corner of 1 to 3 the polynomial folds, where photosites look 5,000 times as wide."""
+    warp, (width, height), step = plan_warp(distortion, 1e4, *size, 3), size, 1e-4 * min(size)
+    reach, sides = [[1.0, 1.0]], []
+    for channel in range(3):
+        for x, y in np.stack(np.meshgrid(np.linspace(0, width, 5), np.linspace(0, height, 5)), axis=-1).reshape(-1, 2):
+            place = inverse_by_roots(warp, x, y, channel)
+            reach.append(np.abs(2.0 * place / (width, height) - 1.0))
+            ends = [
+                [inverse_by_roots(warp, x + way * right, y + way * down, channel) for way in (-step, step)]
+                for right, down in ((1, 0), (0, 1))
+            ]
+            sides.append([(last - first) / (2.0 * step) for first, last in ends])
+    sides = np.abs(sides)
+    stretch, widest = np.linalg.norm(sides, axis=2).max(), sides.sum(axis=1).max()
+    assert warp.extent(*size) == pytest.approx([*np.max(reach, axis=0), max(stretch, 1.0), max(widest, 1.0)], rel=1e-3)
+    assert warp.tilt(*size) == pytest.approx(max(sides[:, 0, 1].max(), sides[:, 1, 0].max()), rel=1e-3)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 3), (3, 3)])
+def test_a_sensor_of_few_photosites_takes_few_samples_of_each(size):
+    """Of 5,000 per photosite and axis a shot took minutes."""
+    deep = lens(Distortion(k1=-0.1224, unit="half_diagonal"))
+    planned = plan(Shot(band_scene(np.ones((6, 6))), deep, Exposure(0.01), small_camera(*size)))
+    assert planned.optics.projection.samples <= math.ceil(2.4 * planned.optics.projection.scale)
 
 
 def test_no_distortion_has_the_bits_of_none():
