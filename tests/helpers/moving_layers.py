@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.stats import qmc
 
 from helpers.lens_frame import LENS, case_plan, depth_of, with_accuracy
@@ -19,6 +19,25 @@ from simulator.optics.geometry.instants import TimedPath
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure
 from simulator.sensor.camera.camera_sections import Window
+
+MARGIN = 32  # of the cases, around the photosites of their truth
+
+
+def light_texture(rng: np.random.Generator, rows: int, columns: int) -> np.ndarray:
+    """Light from 0.05 to 0.95 that varies over few photosites."""
+    smooth = gaussian_filter(rng.random((rows, columns)), 1.0)
+    return 0.05 + 0.9 * (smooth - smooth.min()) / np.ptp(smooth)
+
+
+def bars_before_a_wall(near_px: float, far_px: float, rows: int = 96, columns: int = 128) -> Case:
+    """Bright bars and a disk before a textured wall, each at one distance."""
+    rng = np.random.default_rng(3)
+    y, x = np.mgrid[:rows, :columns]
+    near = (((x - 0.5 * columns) ** 2 + (y - 0.5 * rows) ** 2 < 100.0) | ((x // 9) % 4 == 0)) * 1.0
+    light = np.stack([light_texture(rng, rows, columns) * near, light_texture(rng, rows, columns)])
+    radius = np.stack([np.full(near.shape, near_px), np.full(near.shape, far_px)])
+    truth = np.zeros((rows - 2 * MARGIN, columns - 2 * MARGIN))
+    return Case("bars", light, np.stack([near, np.ones_like(near)]), radius, truth, MARGIN, 1, False)
 
 
 def moving_plan(

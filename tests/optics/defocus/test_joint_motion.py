@@ -8,18 +8,23 @@ import pytest
 from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import case_shot, depth_of, with_accuracy
 from helpers.lens_truths import Case
-from helpers.moving_frame import without_edges
-from helpers.moving_layers import dense_picture, dense_turned_picture, image_distance_px, moving_picture, moving_plan
+from helpers.moving_frame import rolling, without_edges
+from helpers.moving_layers import (
+    MARGIN,
+    bars_before_a_wall,
+    dense_picture,
+    image_distance_px,
+    light_texture,
+    moving_picture,
+    moving_plan,
+)
 from helpers.tilted_surfaces import plane, shifted_plan, surface_case, surface_error
 from helpers.tilted_surfaces import texture as smooth_and_hard
-from scipy.ndimage import gaussian_filter
 
 from simulator.device import open_device
 from simulator.exposure.camera_motion import SteadyMotion
-from simulator.exposure.line_times import LineTimes
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
-from simulator.exposure.shutter import RollingShutter
 from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 from simulator.optics.defocus.aperture_samples import move_samples
 from simulator.optics.defocus.defocus import Method
@@ -31,25 +36,7 @@ from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.sensor.camera.camera_sections import Window
 
-MARGIN = 32
 CAMERA = SteadyMotion(right_m_per_s=0.003, up_m_per_s=0.001)
-
-
-def texture(rng: np.random.Generator, rows: int, columns: int) -> np.ndarray:
-    """Light from 0.05 to 0.95 that varies over few photosites."""
-    smooth = gaussian_filter(rng.random((rows, columns)), 1.0)
-    return 0.05 + 0.9 * (smooth - smooth.min()) / np.ptp(smooth)
-
-
-def bars_before_a_wall(near_px: float, far_px: float, rows: int = 96, columns: int = 128) -> Case:
-    """Bright bars and a disk before a textured wall, each at one distance."""
-    rng = np.random.default_rng(3)
-    y, x = np.mgrid[:rows, :columns]
-    near = (((x - 0.5 * columns) ** 2 + (y - 0.5 * rows) ** 2 < 100.0) | ((x // 9) % 4 == 0)) * 1.0
-    light = np.stack([texture(rng, rows, columns) * near, texture(rng, rows, columns)])
-    radius = np.stack([np.full(near.shape, near_px), np.full(near.shape, far_px)])
-    truth = np.zeros((rows - 2 * MARGIN, columns - 2 * MARGIN))
-    return Case("bars", light, np.stack([near, np.ones_like(near)]), radius, truth, MARGIN, 1, False)
 
 
 def ways_px(radii_px: tuple[float, float], camera: SteadyMotion, way_px: tuple[float, float]) -> np.ndarray:
@@ -135,18 +122,12 @@ def test_no_cause_takes_from_the_error_of_others():
     assert min(term.sigma for term in error_terms(optics.defocus, optics.contrast)) >= 0.0
 
 
-def rolling(rows: int, line_s: float, time_s: float) -> LineTimes:
-    """Rows that open one after the other."""
-    opens = line_s * np.arange(rows)
-    return LineTimes("rows", opens, opens, opens + time_s, opens + time_s, np.ones(rows))
-
-
 def test_each_row_of_a_rolling_shutter_has_its_own_instants():
     """A layer that moves 12 photosites while a row is open, and as many while the shutter rolls over 48 rows."""
     radii_px, way_px = (-4.0, 3.0), (12.0, 0.0)
     case = bars_before_a_wall(*radii_px)
     rows = case.colour.shape[1]
-    planned = moving_plan(case, None, (way_px, None), rolling(rows, 1.0 / 48.0, 1.0))
+    planned = moving_plan(case, None, (way_px, None), rolling(rows, 1.0, 1.0 / 48.0))
     motion, way = planned.optics.defocus.motion, ways_px(radii_px, SteadyMotion(), way_px)
     assert motion.cells(32, 8).points == "places"
     found = moving_picture(case, planned)
@@ -161,7 +142,7 @@ def test_points_grow_over_the_rows_of_a_block():
     radii_px, way_px, line_s = (-5.0, 0.0), (12.0, 0.0), 1.0 / 192.0
     case = bars_before_a_wall(*radii_px, rows=101)
     rows = case.colour.shape[1]
-    planned = moving_plan(case, None, (way_px, None), rolling(rows, line_s, 1.0))
+    planned = moving_plan(case, None, (way_px, None), rolling(rows, 1.0, line_s))
     motion, way = planned.optics.defocus.motion, ways_px(radii_px, SteadyMotion(), way_px)
     cells = motion.cells(32, 8)
     assert cells.rows == 8 and cells.points == "rows"
@@ -184,7 +165,7 @@ def test_light_beside_a_lamp_is_not_below_that_of_the_scene(camera, way_px, poin
     case = bars_before_a_wall(-5.0, 0.0, rows=101)
     case.colour[0, 50, 64] = 1e4
     least = float(np.where(case.coverage[0] > 0.0, case.colour[0], case.colour[1]).min())
-    planned = moving_plan(case, camera, (way_px, None), rolling(101, 1.0 / 192.0, 1.0))
+    planned = moving_plan(case, camera, (way_px, None), rolling(101, 1.0, 1.0 / 192.0))
     assert planned.optics.defocus.motion.cells(32, 8).points == points
     found = moving_picture(case, planned)
     assert found.min() > 0.999 * least and found.max() > 1.0
@@ -196,7 +177,7 @@ def test_rows_beside_a_lamp_miss_no_hole_that_lies_between_their_samples(way_px)
     case = bars_before_a_wall(-5.0, 0.0, rows=165)
     case.coverage[0] = np.random.default_rng(8).random(case.coverage[0].shape) > 0.002
     case.colour[0], case.colour[1] = case.coverage[0], 1.0
-    planned = moving_plan(case, None, (way_px, None), rolling(165, 1.0 / 256.0, 1.0))
+    planned = moving_plan(case, None, (way_px, None), rolling(165, 1.0, 1.0 / 256.0))
     planned = with_accuracy(planned, Accuracy, peak=LAMP_PEAK)
     assert planned.optics.defocus.motion.cells(32, 8).points == "rows"
     found = moving_picture(case, planned)
@@ -206,10 +187,10 @@ def test_rows_beside_a_lamp_miss_no_hole_that_lies_between_their_samples(way_px)
 def test_a_lamp_leaves_nothing_where_a_photosite_begins_its_sums():
     """Sums begin at the sample that lies half of the frame's path aside, which a row that is open early does not see."""
     case = bars_before_a_wall(-0.4, 5.0, rows=101)
-    dark = moving_plan(case, None, ((12.0, 0.0), None), rolling(101, 0.05, 1.0))
+    dark = moving_plan(case, None, ((12.0, 0.0), None), rolling(101, 1.0, 0.05))
     expected, (across, _) = moving_picture(case, dark), dark.optics.defocus.motion.rest_px[0]
     case.colour[0, 35, 40] = 1e9
-    found = moving_picture(case, moving_plan(case, None, ((12.0, 0.0), None), rolling(101, 0.05, 1.0)))
+    found = moving_picture(case, moving_plan(case, None, ((12.0, 0.0), None), rolling(101, 1.0, 0.05)))
     place = 35 - MARGIN, 40 - across - MARGIN
     assert found[place] == pytest.approx(expected[place], rel=1e-5)
     assert found[place[0]].max() > 1e6
@@ -218,7 +199,7 @@ def test_a_lamp_leaves_nothing_where_a_photosite_begins_its_sums():
 def test_points_grow_to_those_of_the_next_rows():
     """The points of each pair of rows are those of a cell of two rows, also where the sensor ends within a block."""
     case = bars_before_a_wall(-4.0, 3.0, rows=101)
-    motion = moving_plan(case, SteadyMotion(roll_deg_per_s=2.0), lines=rolling(101, 0.005, 1.0)).optics.defocus.motion
+    motion = moving_plan(case, SteadyMotion(roll_deg_per_s=2.0), lines=rolling(101, 1.0, 0.005)).optics.defocus.motion
     samples, shares = np.random.default_rng(1).random((1, 64, 5)).astype(np.float32), np.linspace(0.01, 0.99, 64)
     grown = move_samples(samples, shares, motion, np.array([[16.0, 20.0], [16.0, 100.0]]), Cells(32, 8, "rows", 0.0))
     for number, middle in enumerate((20.0, 100.0)):
@@ -229,101 +210,9 @@ def test_points_grow_to_those_of_the_next_rows():
             assert np.abs(place - exact[..., :4]).max() < 0.003  # photosites: straight pieces of paths are 0.002 beside them
 
 
-SPIN = LayerMotion(spin_deg_per_s=2.0, centre_px=(64.0, 48.0))
-
-
-def accelerated(rows: int, last_s: float, time_s: float) -> LineTimes:
-    """Rows that open one after the other, each a little sooner after the last, as behind a curtain that is accelerated."""
-    opens = last_s * np.sqrt(np.arange(rows) / rows + 0.25)
-    return LineTimes("rows", opens, opens, opens + time_s, opens + time_s, np.ones(rows))
-
-
-@pytest.mark.parametrize(
-    ("lines", "wider"),
-    [(rolling(96, 0.5, 1.0), 1), (rolling(96, 0.5, 1.0), 2), (accelerated(96, 20.0, 1.0), 1), (rolling(96, 0.0, 1.0), 1)],
-)
-def test_points_turn_to_those_of_each_photosite(lines, wider):
-    """A layer has turned by 100 degrees and turns on from row to row; a cell has the points of each of its places."""
-    case = bars_before_a_wall(-4.0, 3.0)
-    motion = moving_plan(case, None, (SPIN, None), lines, start_s=50.0).optics.defocus.motion
-    motion = motion.on_wider_photosites() if wider == 2 else motion
-    cells = motion.cells(32, 8)
-    assert cells.points == "places" and cells.error_px <= 0.01
-    samples, shares = np.zeros((1, 64, 5), np.float32), np.linspace(0.01, 0.99, 64)
-    rng = np.random.default_rng(1)
-    x, y = rng.integers(0, 128 // wider, 40), rng.integers(0, 96 // wider, 40)
-    _, middles = motion.cells_of(x, y, cells)
-    turned = move_samples(samples, shares, motion, middles, cells)
-    right, down = (np.column_stack([x, y]) + 0.5 - middles).T[:, :, None, None, None].astype(np.float32)
-    found = turned[..., :4] + right * turned[..., 5:9] + down * (turned[..., 9:13] + right * turned[..., 13:])
-    exact = motion.at(np.column_stack([x, y]) + 0.5, shares)
-    assert np.abs(found - exact).max() < cells.error_px + 0.001
-
-
-def roll_of(camera: SteadyMotion, layer: LayerMotion | None, start_s: float):
-    """Angles of two layers in the picture at times after the release, counter-clockwise [rad]; a roll turns both back."""
-    speeds = np.array([[0.0 if layer is None else layer.spin_deg_per_s], [0.0]]) - camera.roll_deg_per_s
-    return lambda times_s: np.radians(speeds * (start_s + times_s))
-
-
-@pytest.mark.parametrize(
-    ("radii_px", "camera", "layer", "start_s", "line_s"),
-    [
-        pytest.param(  # 100 to 200 degrees, a degree from row to row
-            (-4.0, 3.0), SteadyMotion(), SPIN, 50.0, 0.5, marks=pytest.mark.slow
-        ),
-        pytest.param((-4.0, 3.0), SteadyMotion(), SPIN, 100.0, 0.0, marks=pytest.mark.slow),  # 200 degrees, all rows at once
-        (
-            (5.0, 0.3),
-            SteadyMotion(),
-            dataclasses.replace(SPIN, spin_deg_per_s=40.0),
-            0.0,
-            0.0,
-        ),  # by 40 degrees while it is open
-        ((-5.0, 4.0), SteadyMotion(roll_deg_per_s=0.9), None, 0.0, 0.0),  # photosites of a block read beside the same samples
-        pytest.param((-5.0, 4.0), SteadyMotion(roll_deg_per_s=3.0), SPIN, -1.0, 0.05, marks=pytest.mark.slow),
-    ],
-)
-def test_what_turns_is_seen_where_each_photosite_looks(radii_px, camera, layer, start_s, line_s):
-    case = bars_before_a_wall(*radii_px)
-    lines = rolling(96, line_s, 1.0) if line_s else None
-    moving = camera if camera.roll_deg_per_s else None
-    planned = moving_plan(case, moving, (layer, None), lines, start_s=start_s)
-    assert planned.optics.defocus.motion.cells(32, 8).points == "places"
-    truth = dense_turned_picture(case, roll_of(camera, layer, start_s), line_s)
-    found = statistics(z_scores(moving_picture(case, planned), truth, 2000.0))
-    assert found.p99_9 < 0.15 and abs(found.mean) < 0.01
-
-
-@pytest.mark.slow
-def test_rays_see_what_turns_where_each_photosite_looks():
-    case = bars_before_a_wall(-4.0, 3.0)
-    planned = moving_plan(case, None, (SPIN, None), rolling(96, 0.5, 1.0), start_s=50.0, tolerance=0.0)
-    planned = with_accuracy(planned, Accuracy, rays=1024)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # 8192 rays do not reach the reference's own promise
-        found = moving_picture(case, planned)
-    truth = dense_turned_picture(case, roll_of(SteadyMotion(), SPIN, 50.0), 0.5)
-    error = statistics(z_scores(found, truth, 2000.0))
-    assert error.p99_9 < 0.2 and abs(error.mean) < 0.01
-
-
-def test_points_follow_a_path_that_bends():
-    """A roll by half a turn in a second: at the sensor's corners straight pieces stay within 0.003 photosites of the path."""
-    case = bars_before_a_wall(-4.0, 3.0)
-    motion = moving_plan(case, SteadyMotion(roll_deg_per_s=180.0), lines=rolling(96, 0.002, 0.5)).optics.defocus.motion
-    middles, shares = np.array([[0.5, 0.5], [127.5, 95.5]]), np.random.default_rng(2).random(300)
-    found = motion.at(middles, shares)
-    for number, (middle, line) in enumerate(zip(middles, (0, 95), strict=True)):
-        times = motion.quantiles(np.array([float(line)]), shares)[0]
-        numbers = motion.image.pose_numbers(motion.path.start_s + times)
-        exact = motion.shifts(numbers, middle[None])[:, :, 0] - np.pad(motion.rest_px, ((0, 0), (2, 0)))[:, None]
-        assert np.abs(found[number] - exact).max() < 0.003
-
-
 def test_a_crop_has_the_bits_of_the_frame():
     case = bars_before_a_wall(-4.0, 3.0)
-    planned = moving_plan(case, SteadyMotion(right_m_per_s=0.002, roll_deg_per_s=3.0), lines=rolling(96, 0.01, 1.0))
+    planned = moving_plan(case, SteadyMotion(right_m_per_s=0.002, roll_deg_per_s=3.0), lines=rolling(96, 1.0, 0.01))
     device = open_device()
     whole = device.download(expose(measure(planned, device), device), (96, 128), np.float32)
     window = Window(37, 21, 50, 40)
@@ -430,24 +319,13 @@ def test_layers_that_move_apart_are_planned_as_joint_samples():
     assert plan(turned).optics.motion.method == "swept_first"
 
 
-@pytest.mark.parametrize("spin_deg_per_s", [pytest.param(spin, marks=pytest.mark.slow) for spin in (90.0, 250.0)])
-def test_turns_since_the_clock_was_zero_keep_the_tolerance(spin_deg_per_s):
-    shot = case_shot(bars_before_a_wall(-4.0, 3.0))
-    by_rows = dataclasses.replace(shot.exposure, start_s=1.0, shutter=RollingShutter(0.5))
-    planned = plan(
-        dataclasses.replace(shot, exposure=by_rows, motion=Motion(layers={0: LayerMotion(spin_deg_per_s=spin_deg_per_s)}))
-    )
-    assert planned.optics.motion.method == "joint"
-    assert sum(term.sigma for term in planned.error_budget.terms if "edges of layers" not in term.cause) < 0.15
-
-
 def test_a_stopped_down_picture_with_depth_shows_its_parallax():
     """Blur circles that are left out at rest: the picture still moves by its distances."""
     rows, columns = 96, 128
     y, x = np.mgrid[:rows, :columns]
     radius = (0.004 * (x - 64))[None]
     truth = np.zeros((rows - 2 * MARGIN, columns - 2 * MARGIN))
-    light = texture(np.random.default_rng(1), rows, columns)[None]
+    light = light_texture(np.random.default_rng(1), rows, columns)[None]
     case = Case("deep", light, np.ones((1, rows, columns)), radius, truth, MARGIN, 1, False)
     shot = case_shot(case)
     assert plan(shot).optics.defocus is None
@@ -494,7 +372,7 @@ def test_hidden_background_that_parallax_shows_is_continued_as_far_as_it_shows()
 def test_hidden_background_that_parallax_shows_is_told_as_a_limit_of_the_input():
     """A texture behind the edges that the picture does not show: not the method, but layers help."""
     _, flat = box_before_a_wall()
-    flat = dataclasses.replace(flat, colour=texture(np.random.default_rng(8), *flat.colour.shape[1:])[None])
+    flat = dataclasses.replace(flat, colour=light_texture(np.random.default_rng(8), *flat.colour.shape[1:])[None])
     warnings = plan(around_the_focus(case_shot(flat, hidden="extend"))).warnings()
     (warning,) = (one for one in warnings if "is not met" not in one)  # that of the method stands apart
     assert "background behind edges, which the scene does not show" in warning and LAYERS in warning
