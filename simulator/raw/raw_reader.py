@@ -127,6 +127,7 @@ def _pattern(frame: "rawpy.RawPy", label: str, any_pattern: bool) -> tuple[str, 
 def color_index(frame: "rawpy.RawPy", label: str, of_development: bool = False) -> np.ndarray | None:
     """Return LibRaw's colour index of each photosite of one period of the filter pattern; None where it has none.
 
+    The period begins at the corner of the visible part. rawpy counts from that of the whole frame.
     of_development: LibRaw is to develop the file, which knows an X-Trans pattern that rawpy does not tell.
     Raises PhotositeError for an X-Trans file with a wide margin, where rawpy 0.28 reads past the end of its table, and for a
     pattern that LibRaw misreads: it knows those of 6 x 6, and others only up to two columns.
@@ -141,7 +142,7 @@ def color_index(frame: "rawpy.RawPy", label: str, of_development: bool = False) 
     shown = [] if index is None else index.tolist()
     is_read = index is None or index.shape == (6, 6) or (index.shape == (2, 2) and len({*index.ravel()}) == 4)
     require(is_read, "cfa", shown, rule, file=label)
-    return index
+    return None if index is None else np.roll(index, (-margins[0], -margins[1]), axis=(0, 1))
 
 
 def _white_balance(frame: "rawpy.RawPy") -> tuple[float, float, float] | None:

@@ -10,6 +10,7 @@ from simulator.raw.dng import tiff, writer
 from simulator.raw.raw_reader import plane_places, read_raw_file
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG")
+X_TRANS = "GGRGGB/GGBGGR/BRGRBG/GGBGGR/GGRGGB/RBGBRG"
 
 
 @pytest.mark.parametrize("cfa", CFAS)
@@ -60,6 +61,17 @@ def test_the_pattern_is_that_of_the_visible_part(tmp_path):
     found = read_raw_file(tmp_path / "a.dng")
     assert found.cfa == "BGGR"
     np.testing.assert_array_equal(found.mosaic, raw.dn[2 : 2 + found.mosaic.shape[0], 2 : 2 + found.mosaic.shape[1]])
+
+
+@pytest.mark.parametrize("area", [(2, 0, 96, 128), (3, 4, 95, 120), (6, 6, 96, 128), (1, 5, 90, 127)])
+def test_a_pattern_of_six_by_six_is_that_of_the_visible_part_behind_any_margin(tmp_path, area):
+    """Files of other programs begin the active area anywhere; rawpy counts the pattern from the corner of the whole frame."""
+    raw = random_frame(cfa=X_TRANS)
+    (tmp_path / "x.dng").write_bytes(with_tags(writer.dng_bytes(raw), {50829: tiff.long(*area)}))
+    found = read_raw_file(tmp_path / "x.dng", any_pattern=True)
+    top, left, bottom, right = area
+    assert found.cfa == X_TRANS
+    np.testing.assert_array_equal(found.mosaic, raw.dn[top:bottom, left:right])
 
 
 def test_what_the_file_does_not_say_is_none(tmp_path):
