@@ -70,6 +70,7 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
         format=shot.raw,
         date_time=shot.exposure.date_time,
         active_area=sensor.readout.active_area,
+        charge_reach_px=sensor.readout.charge_reach_px,
         warp_rectilinear=warp_rectilinear(planned),
     )
 

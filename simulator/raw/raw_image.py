@@ -41,6 +41,8 @@ class Raw(Displayed):
         not known.
     date_time: time of the exposure, such as 2026-05-01 12:30:00; None when the shot does not give one.
     active_area: top, left, bottom, right of the light-sensitive area [px]; the rest is optical black. None: whole frame.
+    charge_reach_px: photosites of the optical black beside the active area, and above and below it, that charge of the active
+        area may reach by electrical crosstalk and blooming.
     warp_rectilinear: mapping from the corrected to the distorted picture (DNG 1.4, WarpRectilinear): kr0..kr3, kt0, kt1 of
         each colour plane, and the optical centre (x, y) as shares of the active area's sides; None without distortion.
     truth: further channels of the truth EXR: "variance" [DN^2], "depth" [m], "blur" [pixels], each (height, width)
@@ -81,6 +83,7 @@ class Raw(Displayed):
     format: RawFormat = RawFormat()
     date_time: str | None = None
     active_area: tuple[int, int, int, int] | None = None
+    charge_reach_px: tuple[int, int] = (1, 1)
     warp_rectilinear: tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None = None
     truth: dict[str, np.ndarray] = field(default_factory=dict)
     resolved: dict[str, object] = field(default_factory=dict)

@@ -6,13 +6,12 @@ from simulator.raw.dng.tags import Tag
 from simulator.raw.raw_image import Raw
 from simulator.sensor.camera.cfa import Cfa
 
-_GAP_PX = 2  # charge from the active area reaches one photosite into the optical black; two keep the colour pattern
-
 
 def areas(raw: Raw) -> dict[Tag, tiff.Field]:
     """Return DefaultCrop, and ActiveArea and MaskedAreas (top, left, bottom, right) of a frame with optical black.
 
-    Converters take black from MaskedAreas instead of BlackLevel, so it has only photosites that no charge reaches.
+    Converters take black from MaskedAreas instead of BlackLevel, so it has only photosites that no charge reaches. Where charge
+    reaches all of them MaskedAreas is left out, and converters take BlackLevel.
     Raises PhotositeError for an active area outside the frame, or one that begins within a period of the filter pattern: LibRaw
     moves a Bayer pattern, and the pattern of the tags begins with the active area.
     """
@@ -35,13 +34,18 @@ def areas(raw: Raw) -> dict[Tag, tiff.Field]:
 
 
 def masked_areas(raw: Raw) -> list[tuple[int, int, int, int]]:
-    """Return rectangles (top, left, bottom, right) of optical black: above and below over the whole width, then beside."""
+    """Return rectangles (top, left, bottom, right) of optical black: above and below over the whole width, then beside.
+
+    They begin an even number of photosites from the active area, which keeps the phase of a Bayer pattern, and have only those
+    that `Raw.charge_reach_px` does not reach.
+    """
+    beside, above = (reach + reach % 2 for reach in raw.charge_reach_px)
     top, left, bottom, right = raw.edges
     height, width = raw.dn.shape
     bands = [
-        (0, 0, top - _GAP_PX, width),
-        (bottom + _GAP_PX, 0, height, width),
-        (top, 0, bottom, left - _GAP_PX),
-        (top, right + _GAP_PX, bottom, width),
+        (0, 0, top - above, width),
+        (bottom + above, 0, height, width),
+        (top, 0, bottom, left - beside),
+        (top, right + beside, bottom, width),
     ]
     return [band for band in bands if band[0] < band[2] and band[1] < band[3]]

@@ -58,6 +58,12 @@ class ReadoutGeometry:
         """Whether photosites exchange or sum charge, so that the fused kernel runs in two parts."""
         return self.adds_charge or self.blooming is not None or self.mixes_charge
 
+    @property
+    def charge_reach_px(self) -> tuple[int, int]:
+        """Photosites that charge may move on, in a row and in a column: one by electrical crosstalk, the rest by blooming."""
+        beside, above = (0, 0) if self.blooming is None else self.blooming.reach_px
+        return beside + 1, above + 1
+
     def shared_moments(self, charge: Moments) -> Moments:
         """Return the moments after electrical crosstalk between equally illuminated photosites, and what binned ones share."""
         mixed = self.crosstalk.of_charge(charge)

@@ -22,9 +22,11 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.areas import masked_areas
 from simulator.raw.dng.tags import Tag
 from simulator.raw.dng.writer import dng_bytes, write_dng
 from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.blooming import Blooming
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.optical_black import OpticalBlack
@@ -119,6 +121,30 @@ def test_active_and_masked_areas_have_the_corners_of_the_standard():
     thin = raw_tags(random_frame(96, 128, active_area=(2, 2, 96, 128)))
     assert Tag.ACTIVE_AREA in thin and Tag.MASKED_AREAS not in thin
     assert not {Tag.ACTIVE_AREA, Tag.MASKED_AREAS} & set(raw_tags(random_frame()))
+
+
+@pytest.mark.parametrize(
+    ("blooming", "masked"),
+    [
+        (None, [(0, 0, 62, 96), (64, 0, 96, 14)]),
+        (Blooming("column", 20), [(0, 0, 42, 96), (64, 0, 96, 14)]),
+        (Blooming("column", 64), [(64, 0, 96, 14)]),
+        (Blooming("four", 9), [(0, 0, 54, 96), (64, 0, 96, 6)]),
+        (Blooming("four", 64), []),
+    ],
+)
+def test_readers_take_black_from_photosites_that_no_blooming_reaches(blooming, masked):
+    """A lamp near two covered edges fills them from the lit side; black stays the pedestal."""
+    picture = np.full((96, 96), 0.02)
+    picture[66:70, 20:60] = picture[80:90, 18:22] = 60.0
+    edge = OpticalBlack(left_px=16, top_px=64)
+    stages = {"full_well": FullWell(1000.0)}
+    camera = small_camera(96, 96, "RGGB", optical_black=edge, stages=stages, blooming=blooming, black_level_dn=512.0)
+    raw = simulate(Shot(band_scene(picture, math.inf), ThinLens(50.0, 8.0, cos4=False), Exposure(0.02), camera))
+    assert (raw.dn[:64] > 512).any() == (blooming is not None)
+    assert masked_areas(raw) == masked
+    with rawpy.imread(io.BytesIO(dng_bytes(raw))) as frame:
+        assert frame.black_level_per_channel == [512] * 4
 
 
 @pytest.mark.parametrize("cfa", CFAS[:4])
