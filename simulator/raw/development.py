@@ -52,7 +52,8 @@ def develop(
         colour matrix sees it), multipliers for R, G, B, or a grey patch (x, y, width, height) in pixels of the frame.
     exposure_ev: lightens by 2^ev after white balance; what the sensor clipped stays clipped.
     bits: 8 or 16 per value. Full scale is the white level in the channel with the smallest multiplier, which is set to 1.
-    codes: (height, width) uint16 in place of the file's own, for example those without noise; white balance stays the file's.
+    codes: (height, width) uint16 in place of the file's own, for example those without noise, of the whole frame or of its
+        active area; white balance and black of the optical black stay the file's.
     Signals below black become 0 unless "metric", so noise statistics of the dark belong to the raw codes, not to a development.
     A MONO frame gives three equal planes and takes no white balance.
     Raises PhotositeError for an unknown choice and for a file that is missing, no raw file, or cut short.
@@ -161,8 +162,11 @@ def _check_pattern(frame: "rawpy.RawPy", options: dict[str, Any], label: str) ->
 
 
 def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
-    """Replace the codes of an opened file."""
-    mosaic = frame.raw_image_visible
+    """Replace the codes of the active area of an opened file."""
+    mosaic, sizes = frame.raw_image_visible, frame.sizes
+    if codes.shape == frame.raw_image.shape:
+        rows, columns = mosaic.shape[:2]
+        codes = codes[sizes.top_margin : sizes.top_margin + rows, sizes.left_margin : sizes.left_margin + columns]
     if codes.shape != mosaic.shape or codes.dtype != np.uint16:
         raise PhotositeError(
             f"codes are {codes.dtype} {codes.shape}, the mosaic uint16 {mosaic.shape}: they must agree", file=label

@@ -16,10 +16,12 @@ from simulator.raw.save import save
 SETTINGS = {"output": "metric", "demosaic": "linear", "half_size": False, "exposure_ev": 0.0, "white_balance": "camera"}
 
 
-def frame_with_twin(folder, shift_dn=0, cfa="RGGB"):
+def frame_with_twin(folder, shift_dn=0, cfa="RGGB", **changes):
     """A frame whose codes lie `shift_dn` above the truth."""
     truth = np.random.default_rng(2).integers(2000, 9000, (120, 160))
-    raw = random_frame(120, 160, cfa, dn=(truth + shift_dn).astype(np.uint16), noise_free_dn=truth.astype(np.float32))
+    raw = random_frame(
+        120, 160, cfa, dn=(truth + shift_dn).astype(np.uint16), noise_free_dn=truth.astype(np.float32), **changes
+    )
     return save(dataclasses.replace(raw, name="a"), folder).dng
 
 
@@ -42,6 +44,13 @@ def test_a_frame_that_is_its_truth_has_no_difference_and_another_has_what_was_ad
         assert len(titles) == 8 and titles[3].endswith(rms), titles[3]
         shown = figure.axes[3].images[0].get_array()
         assert np.allclose(shown, 0.5 if shift_dn == 0 else 0.85, atol=0.01)
+
+
+def test_a_frame_with_optical_black_is_compared_where_it_sees_light(tmp_path):
+    """The twin covers the edge, too; the development shows the active area."""
+    figure = draw_sheet(frame_with_twin(tmp_path, active_area=(2, 2, 120, 158)), SETTINGS)
+    shown = figure.axes[3].images[0].get_array()
+    assert shown.shape == (118, 156, 3) and (shown == 0.5).all()
 
 
 def test_the_sheet_is_a_picture_beside_the_raw_file(tmp_path):

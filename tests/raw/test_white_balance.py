@@ -117,6 +117,14 @@ def test_other_codes_develop_like_a_frame_that_holds_them():
         develop(one, codes=np.zeros((4, 4), np.uint16))
 
 
+@pytest.mark.parametrize("cfa", ["GBRG", "MONO"])
+def test_other_codes_are_of_the_whole_frame_or_of_its_active_area(cfa):
+    one, other = (random_frame(cfa=cfa, seed=seed, active_area=(2, 2, 94, 126)) for seed in (1, 2))
+    expected = develop(other)
+    for codes in (other.dn, other.dn[other.active]):
+        np.testing.assert_array_equal(develop(one, codes=codes), expected)
+
+
 def test_a_metric_picture_is_not_lightened():
     with pytest.raises(PhotositeError, match="develop.exposure_ev = 1: metric output is not lightened"):
         develop(random_frame(), output="metric", exposure_ev=1)
