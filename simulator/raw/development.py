@@ -42,7 +42,7 @@ def develop(
 
     output: "srgb" encoded by IEC 61966-2-1; "linear_srgb"; "xyz" (CIE 1931, D65 white); "camera", the sensor's own colours;
         "metric", the sensor's own colours as measured: 0 at black, 1 at the white level, noise below black kept, no white
-        balance, no tone; photosites keep their own colour's (code - black) / (white - black) exactly, but where half_size
+        balance, no tone; photosites keep (code - black) / (white - black) of their own place exactly, but where half_size
         averages two greens it cuts off half a code. LibRaw tells black levels as whole numbers; where they differ between the
         colours it clips below black.
     half_size: one pixel per 2x2 cell, no demosaicing; an odd last row or column still gives a pixel.
@@ -115,15 +115,17 @@ def _develop_linear(
 
     label = raw.name if isinstance(raw, Raw) else os.fspath(raw)
     with open_raw(dng_bytes(raw) if isinstance(raw, Raw) else label, label) as frame:
-        black_dn, white_dn = np.unique(frame.black_level_per_channel), frame.white_level
+        pattern = None if frame.num_colors == 1 else color_index(frame, label, of_development=True)
+        black_dn, white_dn = _black_levels(frame, pattern), frame.white_level
         scaling: dict[str, Any]
         if output == "metric":
-            scaling = {"no_auto_scale": True} | ({"user_black": 0} if len(black_dn) == 1 else {})
+            keep_black = {"user_black": 0, "user_cblack": [0, 0, 0, 0]}
+            scaling = {"no_auto_scale": True} | (keep_black if len({*black_dn.values()}) == 1 else {})
         else:
             scaling = white_balance_options(frame, white_balance, label)
         if codes is not None:
             _replace_codes(frame, codes, label)
-        _check_pattern(frame, options, label)
+        _check_pattern(frame, pattern, options, label)
         picture = frame.postprocess(
             output_color=rawpy.ColorSpace[OUTPUTS[output]],
             demosaic_algorithm=rawpy.DemosaicAlgorithm[options["demosaic"].upper()],
@@ -136,17 +138,42 @@ def _develop_linear(
             **scaling,
         )
     picture = picture if picture.shape[2] > 1 else _grey_planes(picture[..., 0], output, options["half_size"])
-    if output != "metric":
-        return picture
-    left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw subtracts differing black levels itself
-    return (picture - left_dn) / np.float32(white_dn - black_dn.mean())
+    return picture if output != "metric" else _measured(picture, black_dn, white_dn, None if options["half_size"] else pattern)
 
 
-def _check_pattern(frame: "rawpy.RawPy", options: dict[str, Any], label: str) -> None:
+def _black_levels(frame: "rawpy.RawPy", pattern: np.ndarray | None) -> dict[int, int]:
+    """Return the black level [DN] of each colour index of LibRaw that a photosite or a sample of a pixel has.
+
+    LibRaw tells four levels. Only patterns of 2 x 2 have a fourth index: of the second green, or of a fourth colour.
+    """
+    has_four = pattern is not None and pattern.shape == (2, 2)
+    return dict(enumerate(frame.black_level_per_channel[: 4 if has_four else frame.num_colors]))
+
+
+def _measured(picture: np.ndarray, black_dn: dict[int, int], white_dn: int, pattern: np.ndarray | None) -> np.ndarray:
+    """Return (code - black) / (white - black), float32, of codes that LibRaw developed without scaling them.
+
+    picture: black included where all levels are the same; LibRaw has subtracted those that differ.
+    black_dn: level of each colour index. An index beyond the planes is the second green.
+    pattern: colour index by place in the period. With it photosites have the range of their own level, and interpolated green
+        that of the mean of both greens; None: so has all green.
+    """
+    if len({*black_dn.values()}) == 1:
+        return (picture - np.float32(black_dn[0])) / np.float32(white_dn - black_dn[0])
+    planes = picture.shape[2]
+    plane_of = {index: index if index < planes else 1 for index in black_dn}
+    means = [np.mean([black_dn[index] for index in black_dn if plane_of[index] == plane]) for plane in range(planes)]
+    measured = picture / (white_dn - np.array(means)).astype(np.float32)
+    if pattern is not None and pattern.shape == (2, 2):
+        for (y, x), index in np.ndenumerate(pattern):
+            own = slice(y, None, 2), slice(x, None, 2), plane_of[int(index)]
+            measured[own] = picture[own] / np.float32(white_dn - black_dn[int(index)])
+    return measured
+
+
+def _check_pattern(frame: "rawpy.RawPy", pattern: np.ndarray | None, options: dict[str, Any], label: str) -> None:
     """Raise PhotositeError for a pattern that LibRaw does not develop, before it does so wrongly or fails without a reason."""
-    if frame.num_colors == 1:
-        return
-    pattern, sides = color_index(frame, label, of_development=True), frame.raw_image_visible.shape
+    sides = frame.raw_image_visible.shape
     if pattern is None or pattern.shape != (6, 6):
         return
     is_x_trans = max(frame.sizes.top_margin, frame.sizes.left_margin) > 6 or (pattern == 1).sum() == 20

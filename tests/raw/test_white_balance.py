@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.dng_edits import linear_dng
 from helpers.raw_frame import COLOR_MATRIX, random_frame
 from helpers.scene_builders import band_scene
 
@@ -87,6 +88,30 @@ def test_metric_development_keeps_every_photosites_own_colour(cfa, demosaic):
     signal = (raw.dn.astype(np.float32) - np.float32(BLACK)) / np.float32(WHITE - BLACK)
     assert signal.min() < -0.02, "below black, too"
     np.testing.assert_array_equal(own_colour(picture, cfa), signal)
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
+@pytest.mark.parametrize("demosaic", DEMOSAICS)
+def test_metric_development_of_differing_black_levels_divides_by_each_photosites_own_range(cfa, demosaic):
+    """The two greens as well: black is told by place."""
+    raw = random_frame(96, 128, cfa, black_offsets_dn=(-400.0, -100.0, 250.0, 400.0))
+    picture = develop(raw, output="metric", demosaic=demosaic)
+    black = np.tile(np.array([[111, 411], [761, 911]], np.float32), (48, 64))
+    signal = np.maximum(raw.dn - black, 0.0) / (np.float32(WHITE) - black)
+    np.testing.assert_array_equal(own_colour(picture, cfa), signal)
+    flat = dataclasses.replace(raw, dn=np.full_like(raw.dn, WHITE))
+    np.testing.assert_allclose(develop(flat, output="metric", half_size=True), 1.0, atol=1e-3)
+
+
+@pytest.mark.parametrize("black", [(256, 256, 256), (0, 110, 220)])
+def test_metric_development_of_a_linear_file_has_the_levels_of_its_three_colours(tmp_path, black):
+    """LibRaw tells four levels; the fourth belongs to no sample. Below black is kept where the three are the same."""
+    samples = np.random.default_rng(3).integers(200, 16000, (60, 80, 3)).astype(np.uint16)
+    (tmp_path / "linear.dng").write_bytes(linear_dng(samples, black, WHITE))
+    picture = develop(tmp_path / "linear.dng", output="metric")
+    least = 200 - 256 if len(set(black)) == 1 else 0
+    signal = np.maximum(samples - np.array(black, np.float32), least)
+    np.testing.assert_array_equal(picture, signal / (np.float32(WHITE) - np.array(black, np.float32)))
 
 
 def test_metric_development_of_a_dark_frame_keeps_its_mean():
