@@ -9,9 +9,10 @@ import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.raw.dng.writer import dng_bytes
+from simulator.raw.filter_pattern import color_index
 from simulator.raw.image_files import write_picture
 from simulator.raw.raw_image import Raw
-from simulator.raw.raw_reader import color_index, open_raw
+from simulator.raw.raw_reader import open_raw
 from simulator.raw.white_balance import WhiteBalance, check_white_balance, white_balance_options
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.color.spectra import ILLUMINANTS, blackbody_temperature_k, check_illuminant, illuminant, tristimulus
 from simulator.errors import PhotositeError, require
+from simulator.raw.filter_pattern import color_index
 
 if TYPE_CHECKING:
     import rawpy
@@ -32,7 +33,12 @@ def check_white_balance(choice: WhiteBalance) -> None:
             f'unknown; {hint}Known: {", ".join(words)}, or a blackbody such as "3200 K"', key=_KEY, value=f"{choice!r}"
         )
     numbers = len(choice) == 3 and all(0 < value < math.inf for value in choice)
-    box = len(choice) == 4 and all(value == int(value) for value in choice) and min(choice) >= 0 and min(choice[2:]) >= 2
+    box = (
+        len(choice) == 4
+        and all(math.isfinite(value) and value == int(value) for value in choice)
+        and min(choice) >= 0
+        and min(choice[2:]) >= 2
+    )
     rule = "give camera, daylight, an illuminant, three multipliers above 0 for R, G, B, or a grey patch x, y, width, height"
     require(numbers or box, _KEY, choice, rule)
 
@@ -91,14 +97,21 @@ def xyz_to_camera(frame: "rawpy.RawPy") -> np.ndarray | None:
 def _multipliers_for_patch(frame: "rawpy.RawPy", box: tuple[int, int, int, int], label: str) -> np.ndarray:
     """Multipliers that render the mean of a patch neutral: 1 / mean signal above black in each colour."""
     x, y, width, height = map(int, box)
-    rows, columns = frame.raw_image_visible.shape
+    rows, columns = frame.raw_image_visible.shape[:2]
     inside = x + width <= columns and y + height <= rows
     require(inside, _KEY, box, f"x, y, width, height reach past the {columns} x {rows} px of {label}")
     codes = frame.raw_image_visible[y : y + height, x : x + width]
-    colours = frame.raw_colors_visible[y : y + height, x : x + width]
+    index = color_index(frame, label)
+    if index is None:  # a linear DNG has all three colours in each pixel, and room for a fourth
+        codes, colours = codes[..., :3], np.broadcast_to(np.arange(3), (height, width, 3))
+    else:
+        period = index.shape
+        colours = index[np.ix_(np.arange(y, y + height) % period[0], np.arange(x, x + width) % period[1])]
     signal = codes - np.asarray(frame.black_level_per_channel, dtype=np.float64)[colours]
     require(int(codes.max()) < frame.white_level, _KEY, box, f"the patch of {label} is overexposed; choose a darker one")
     letters = np.array(list(frame.color_desc.decode("ascii")))[colours]
+    missing = [letter for letter in "RGB" if letter not in letters]
+    require(not missing, _KEY, box, f"the patch of {label} has no photosite of {', '.join(missing)}; choose a larger one")
     means = np.array([signal[letters == letter].mean() for letter in "RGB"])
     require(bool((means > 0).all()), _KEY, box, f"the patch of {label} is no brighter than black; choose a brighter one")
     return means.max() / means

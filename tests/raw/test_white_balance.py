@@ -18,6 +18,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.raw.development import DEMOSAICS, develop
 
 BLACK, WHITE = 511, 16383
+X_TRANS = "GGRGGB/GGBGGR/BRGRBG/GGBGGR/GGRGGB/RBGBRG"
 
 
 def flat(red, green, blue, cfa="RGGB", **changes):
@@ -49,11 +50,51 @@ def test_a_grey_patch_becomes_grey_and_the_rest_goes_with_it(cfa):
     np.testing.assert_allclose(picture[5:19, 5:35].mean(axis=(0, 1)), 3000 / (WHITE - BLACK) * np.array([4, 1, 2]), rtol=1e-3)
 
 
+def uneven(letters):
+    """Codes [DN] of photosites of these letters, none of which is as bright as another colour."""
+    return (BLACK + np.select([letters == letter for letter in "RGB"], (1000, 4000, 2000))).astype(np.uint16)
+
+
+@pytest.mark.parametrize("area", [(0, 0, 540, 560), (6, 6, 534, 554)])
+def test_a_grey_patch_of_x_trans_becomes_grey_from_any_corner(area):
+    raw = random_frame(540, 560, X_TRANS, active_area=area)
+    rows, columns = (np.arange(side) % 6 for side in raw.dn.shape)
+    letters = np.array([list(row) for row in X_TRANS.split("/")])[np.ix_(rows, columns)]
+    for x, y in ((31, 50), (32, 54)):
+        picture = develop(dataclasses.replace(raw, dn=uneven(letters)), output="camera", white_balance=(x, y, 7, 9))
+        middle = picture[60:80, 60:120] / 65535
+        np.testing.assert_allclose(middle.mean(axis=(0, 1)), 4000 / (WHITE - BLACK), rtol=2e-3)
+
+
+def test_a_grey_patch_behind_a_wide_margin_of_x_trans_is_refused_since_the_pattern_is_not_told(tmp_path):
+    """Other white balances need no pattern; the file is no damaged one."""
+    raw = random_frame(540, 560, X_TRANS, active_area=(12, 24, 536, 556))
+    with pytest.raises(PhotositeError, match=r"margins = \(12, 24\): .*a white balance that is no patch"):
+        develop(raw, white_balance=(0, 0, 20, 20))
+    assert develop(raw, white_balance=(2.0, 1.0, 1.5)).any()
+
+
+def test_a_patch_without_one_of_the_colours_is_refused():
+    raw = random_frame(540, 560, X_TRANS)
+    with pytest.raises(PhotositeError, match="has no photosite of R, B; choose a larger one"):
+        develop(raw, white_balance=(0, 0, 2, 2))
+
+
+def test_a_grey_patch_of_a_linear_file_becomes_grey(tmp_path):
+    samples = np.full((60, 80, 3), (1000, 4000, 2000), np.uint16) + np.uint16(256)
+    samples[:20] = 9000
+    (tmp_path / "linear.dng").write_bytes(linear_dng(samples, (256, 256, 256), WHITE))
+    picture = develop(tmp_path / "linear.dng", output="camera", white_balance=(5, 31, 33, 21)) / 65535
+    np.testing.assert_allclose(picture[40:] / picture[40:, :, :1], 1.0, rtol=1e-3)
+
+
 WRONG = {
     "128 x 96 px": (100, 50, 29, 10),
     "overexposed": (0, 0, 8, 8),
     "no brighter than black": (20, 0, 8, 8),
     "give camera, daylight": (0, 0, 1, 8),
+    "give camera, daylight, an illuminant, three": (np.nan, 0, 8, 8),
+    "give camera, daylight, an illuminant": (np.inf, 10, 20, 20),
     "unknown; did you mean D65": "D66",
     "between 500 K": "99 K",
 }

@@ -109,6 +109,7 @@ ORDER = {
         "raw_image",
         "late_field",
         "white_balance",
+        "filter_pattern",
         "raw_format",
         "canonical_json",
         "disk_arrays",

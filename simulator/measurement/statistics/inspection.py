@@ -10,7 +10,8 @@ import numpy as np
 from simulator.errors import PhotositeError, reading
 from simulator.measurement.statistics.single_frame_noise import LevelNoise, single_frame_noise
 from simulator.raw.dng.xmp import SettingsChanged, read_provenance
-from simulator.raw.raw_reader import color_index, open_raw, plane_places, positive_or_none
+from simulator.raw.filter_pattern import color_index
+from simulator.raw.raw_reader import open_raw, plane_places, positive_or_none
 from simulator.raw.software import OURS
 
 if TYPE_CHECKING:
