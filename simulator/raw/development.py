@@ -120,10 +120,13 @@ def _develop_linear(
         black_dn, white_dn = _black_levels(frame, pattern), frame.white_level
         scaling: dict[str, Any]
         if output == "metric":
-            keep_black = {"user_black": 0, "user_cblack": [0, 0, 0, 0]}
-            scaling = {"no_auto_scale": True} | (keep_black if len({*black_dn.values()}) == 1 else {})
+            scaling = {"no_auto_scale": True}
         else:
             scaling = white_balance_options(frame, white_balance, label)
+        is_linear = pattern is None and frame.num_colors > 1
+        if len({*black_dn.values()}) == 1 and (output == "metric" or is_linear):
+            # LibRaw takes the unused fourth level of a linear DNG for the common one, and leaves its white level as it is.
+            scaling |= {"user_black": 0 if output == "metric" else black_dn[0], "user_cblack": [0, 0, 0, 0]}
         if codes is not None:
             _replace_codes(frame, codes, label)
         _check_pattern(frame, pattern, options, label)

@@ -88,6 +88,16 @@ def test_a_grey_patch_of_a_linear_file_becomes_grey(tmp_path):
     np.testing.assert_allclose(picture[40:] / picture[40:, :, :1], 1.0, rtol=1e-3)
 
 
+@pytest.mark.parametrize("black", [0, 256, 4096])
+def test_full_scale_of_a_linear_file_is_its_white_level_less_its_black(tmp_path, black):
+    samples = np.full((60, 80, 3), 8000, np.uint16)
+    samples[:20] = WHITE
+    (tmp_path / "linear.dng").write_bytes(linear_dng(samples, (black,) * 3, WHITE))
+    picture = develop(tmp_path / "linear.dng", output="camera", white_balance=(1.0, 1.0, 1.0)) / 65535
+    np.testing.assert_allclose(picture[40:], (8000 - black) / (WHITE - black), rtol=1e-4)
+    np.testing.assert_array_equal(picture[:20], 1.0)
+
+
 WRONG = {
     "128 x 96 px": (100, 50, 29, 10),
     "overexposed": (0, 0, 8, 8),
