@@ -26,7 +26,7 @@ from data_gen.sources.patches import Augmentation
 from data_gen.sources.source import apply_cfa
 from simulator.errors import PhotositeError, require
 from simulator.scene.color_channels import srgb_to_linear
-from simulator.scene.pixel_file import memory_for, read_pixels
+from simulator.scene.pixel_file import check_rgb, memory_for, read_pixels
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.cfa import CfaName
 
@@ -213,8 +213,7 @@ def linear_colours(largest: int, inverse_isp: InverseIsp) -> np.ndarray:
 def _rgb_codes(path: Path) -> np.ndarray:
     """Return the codes (height, width, 3 or 1 where it is grey) uint8 or uint16 of a picture, upright, alpha left out."""
     file = read_pixels(path, KEY, develop_options="")
-    rule = f"stores {file.color_model} colours, which are not sRGB; convert it, or take it out of the folder"
-    require(file.color_model in ("", "YCbCr"), KEY, path, rule)  # YCbCr comes decoded to R, G, B
+    check_rgb(file, KEY, "convert it to R, G, B, or take it out of the folder")
     colours = [name for index, name in enumerate(file.channels) if index != file.alpha]
     kind = f"of {len(colours)} channels ({', '.join(colours[:6])})"
     good = len(colours) == 1 or colours == ["R", "G", "B"]

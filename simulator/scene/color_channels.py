@@ -6,7 +6,7 @@ import numpy as np
 
 from simulator.color.colour_science import colour_science
 from simulator.errors import PhotositeError
-from simulator.scene.pixel_file import PixelFile, largest_code
+from simulator.scene.pixel_file import PixelFile, check_rgb, largest_code
 
 REC709_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, Table 1, item 1.3 and 1.4
 
@@ -17,8 +17,9 @@ def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str
     Alpha is left aside; colours stay as stored. For EXR, whose colours are multiplied by alpha by convention, that is
     the picture over black. An EXR is read by channel names: R, G, B, else those of its only pass Combined (Blender), or
     its only channel beside alpha and depth.
-    Raises PhotositeError, which names `key`, for another number of channels.
+    Raises PhotositeError, which names `key`, for another number of channels, and for colours that are not R, G, B or grey.
     """
+    check_rgb(file, key)
     rest = [name for index, name in enumerate(file.channels) if index != file.alpha and name not in ("Z", depth_channel)]
     wanted = [name for name in color_layers(rest, layer) if all(f"{name}{letter}" in rest for letter in "RGB")]
     if len(wanted) == 1 and (file.is_exr or len(rest) == 3):

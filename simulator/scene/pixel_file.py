@@ -28,7 +28,8 @@ class PixelFile:
     alpha: index of the alpha channel, or None.
     straight_alpha: the colours are not multiplied by alpha (PNG, and TIFF that says so).
     orientation: how a viewer turns the stored pixels (Exif 2.3, Orientation), 1 to 8; 1 upright.
-    color_model: "CMYK", "CIELAB" ... of a file that stores other colours than R, G, B or grey; else "".
+    color_model: "CMYK", "CIELAB" ... of a file that stores other colours than R, G, B or grey; else "". `check_rgb` tells which
+        of them are decoded to R, G, B.
     is_exr: an EXR may carry any number of named channels; other kinds may not.
     chromaticities: red, green, blue and white x, y of an EXR that states them.
     notes: what the reader should know.
@@ -197,6 +198,12 @@ def largest_code(stored: np.ndarray, key: str, path: Path) -> int:
     rule = f"holds {stored.dtype}, of which nothing tells which code is white; give uint8, uint16 or floats"
     require(stored.dtype in (np.uint8, np.uint16), key, path, rule)
     return int(np.iinfo(stored.dtype).max)
+
+
+def check_rgb(file: PixelFile, key: str, fix: str = "convert it to R, G, B") -> None:
+    """Raise PhotositeError for colours of a file that do not come as R, G, B or grey, such as CMYK and Lab."""
+    rule = f"stores {file.color_model} colours, which are not sRGB; {fix}"
+    require(file.color_model in ("", "YCbCr", "palette"), key, file.path, rule)  # these come decoded to R, G, B
 
 
 def first_fault(fault: np.ndarray) -> str:

@@ -14,6 +14,7 @@ from simulator.errors import PhotositeError
 from simulator.scene.arrays import scene_from_rgb
 from simulator.scene.depth import DepthChannel, DepthImage
 from simulator.scene.image import ImageScene
+from simulator.scene.layered import LayeredScene, PictureLayer
 
 SHARED_EXR = Path(__file__).parents[3] / "shared" / "data" / "openexr-images"
 
@@ -49,6 +50,28 @@ def test_radiance_is_linear_in_the_file_and_keeps_highlights(tmp_path):
     assert np.array_equal(scene.planes, pixels) and scene.planes.dtype == np.float32
     assert scene.wavelengths_nm.shape == (81,) and scene.spectra_w_m2_sr_nm.shape == (3, 81)
     assert not scene.notes
+
+
+@pytest.mark.parametrize(("model", "suffix"), [("CMYK", "tif"), ("CMYK", "jpg"), ("LAB", "tif")])
+def test_other_colours_than_rgb_are_refused_and_not_taken_for_them(tmp_path, model, suffix):
+    image = pytest.importorskip("PIL.Image", reason="Pillow is missing, which writes such files")
+    file = tmp_path / f"a.{suffix}"
+    image.fromarray(np.full((8, 8, len(model)), 100, np.uint8), model).save(file)
+    rule = rf"a\.{suffix}: stores C\w+ colours, which are not sRGB; convert it"
+    with pytest.raises(PhotositeError, match=rf"scene\.image = .*{rule}"):
+        ImageScene(file, 100.0).load()
+    with pytest.raises(PhotositeError, match=rf"scene\.layers\.0\.image = .*{rule}"):
+        LayeredScene((PictureLayer(file, 1.0),), 100.0).load()
+
+
+@pytest.mark.parametrize(("mode", "suffix"), [("P", "tif"), ("P", "png"), ("YCbCr", "jpg"), ("L", "jpg")])
+def test_colours_that_a_reader_decodes_to_rgb_or_grey_are_read(tmp_path, mode, suffix):
+    """OpenImageIO reads palettes of TIFF one code too low."""
+    image = pytest.importorskip("PIL.Image", reason="Pillow is missing, which writes such files")
+    grey = image.fromarray(np.full((8, 8, 3), 128, np.uint8))
+    (grey.quantize() if mode == "P" else grey.convert(mode)).save(tmp_path / f"a.{suffix}")
+    scene = ImageScene(tmp_path / f"a.{suffix}", 100.0, encoding="linear").load()
+    np.testing.assert_allclose(scene.planes, 128 / 255, atol=1e-6 if suffix == "png" else 1.01 / 255)
 
 
 def test_grey_stays_one_plane_and_equals_grey_rgb(tmp_path):
