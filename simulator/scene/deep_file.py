@@ -10,7 +10,7 @@ from simulator.errors import PhotositeError, check_file, reading, require
 from simulator.progress import counted_as
 from simulator.scene.alpha import SLACK
 from simulator.scene.camera_raw import refuse_raw
-from simulator.scene.pixel_file import DAMAGED, first_fault, opened_picture, unreadable
+from simulator.scene.pixel_file import DAMAGED, check_square_pixels, first_fault, opened_picture, unreadable
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -46,14 +46,15 @@ def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[
     """Samples, the chromaticities that the file states, and notes for the log.
 
     A file without alpha holds opaque samples, one without ZBack surfaces (OpenEXR, "Interpreting OpenEXR Deep Pixels").
-    Raises PhotositeError for a file that is missing, damaged, raw or not deep, channels other than R, G, B or Y with Z, NaN,
-    Inf, alpha outside 0 to 1, depth of 0 or less, and a ZBack that is infinite behind a finite Z.
+    Raises PhotositeError for a file that is missing, damaged, raw or not deep, pixels that are not square, channels other than
+    R, G, B or Y with Z, NaN, Inf, alpha outside 0 to 1, depth of 0 or less, and a ZBack that is infinite behind a finite Z.
     """
     check_file(path, KEY)
     refuse_raw(path, KEY)
     with reading(path, DAMAGED, key=KEY), opened_picture(path, KEY) as source:
         spec = source.spec()
         require(spec.deep, KEY, path, "is no deep picture, it has one colour per pixel; write image: instead of deep:")
+        check_square_pixels(spec, KEY, path)
         data = source.read_native_deep_image(0, 0)
         if data is None or source.has_error:
             raise unreadable(KEY, path, source.geterror())

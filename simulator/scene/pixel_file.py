@@ -75,7 +75,8 @@ def read_pixels(path: str | os.PathLike, key: str, develop_options: str = TO_LIN
 
     key: configuration key for messages. develop_options: that make of a camera's raw file a picture as it is wanted, as
     `refuse_raw` has them.
-    Raises PhotositeError for a file that is missing, damaged, cut short, deep, raw, or of an unknown kind.
+    Raises PhotositeError for a file that is missing, damaged, cut short, deep, raw, of pixels that are not square, or of an
+    unknown kind.
     """
     path = Path(path)
     check_file(path, key)
@@ -108,13 +109,16 @@ def _read_picture(path: Path, key: str) -> PixelFile:
     with reading(path, DAMAGED, key=key), opened_picture(path, key, wishes) as source:
         spec = source.spec()
         require(not spec.deep, key, path, "is a deep EXR; write deep: instead of image:, or flatten it first")
+        is_exr = source.format_name() == "openexr"
+        if is_exr:  # the resolution that other kinds of file state is that of a print
+            check_square_pixels(spec, key, path)
         pixels, names, unread = _read_parts(source, key, path)
         return PixelFile(
             path,
             pixels,
             names,
             spec.alpha_channel if spec.alpha_channel >= 0 else None,
-            source.format_name() == "openexr",
+            is_exr,
             spec.getattribute("chromaticities"),
             _notes(path.name, spec, unread),
             spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1,
@@ -181,6 +185,13 @@ def opened_picture(path: Path, key: str, wishes: "oiio.ImageSpec | None" = None)
         yield source
     finally:
         source.close()
+
+
+def check_square_pixels(spec: "oiio.ImageSpec", key: str, path: Path) -> None:
+    """Raise PhotositeError for an EXR whose pixelAspectRatio is not 1 within a thousandth, such as an anamorphic plate."""
+    ratio = spec.get_float_attribute("PixelAspectRatio", 1.0)
+    rule = f"its pixels are {ratio:g} times as wide as high (pixelAspectRatio); resample it to square ones"
+    require(abs(ratio - 1.0) <= 1e-3, key, path, rule)
 
 
 def unreadable(key: str, path: Path, reason: str) -> PhotositeError:

@@ -28,12 +28,15 @@ def deep_file(
     pixels: Pixels,
     names: Sequence[str] = SURFACES,
     window: tuple[int, int, int, int] | None = None,
+    **attributes: float,
 ) -> Path:
-    """Write pixels in rows of `width`; window: (x, y, full width, full height)."""
+    """Write pixels in rows of `width`; window: (x, y, full width, full height). attributes: of OpenImageIO."""
     spec = oiio.ImageSpec(width, len(pixels) // width, len(names), oiio.FLOAT)
     spec.channelnames, spec.deep = names, True
     if window:
         spec.x, spec.y, spec.full_width, spec.full_height = window
+    for name, value in attributes.items():
+        spec.attribute(name, value)
     output = oiio.ImageOutput.create(str(path))
     assert output.open(str(path), spec) and output.write_deep_image(deep_data(pixels, names)) and output.close()
     return path

@@ -71,6 +71,12 @@ def test_light_of_alpha_0_is_seen_out_of_focus(tmp_path, tolerance):
     np.testing.assert_allclose(frame / even, 1.0, atol=2e-3)
 
 
+def test_a_deep_picture_of_pixels_that_are_not_square_is_refused(tmp_path):
+    file = deep_file(tmp_path / "a.exr", 2, [[(1, 1, 1, 1, 2)]] * 4, PixelAspectRatio=2.0)
+    with pytest.raises(PhotositeError, match=r"scene\.deep = .*a\.exr: its pixels are 2 times as wide as high"):
+        load(file)
+
+
 def volume_pixels(rng):
     """Volumes that overlap, touch, hold surfaces, are opaque, or light without alpha."""
     pixels = []

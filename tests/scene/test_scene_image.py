@@ -74,6 +74,21 @@ def test_colours_that_a_reader_decodes_to_rgb_or_grey_are_read(tmp_path, mode, s
     np.testing.assert_allclose(scene.planes, 128 / 255, atol=1e-6 if suffix == "png" else 1.01 / 255)
 
 
+@pytest.mark.parametrize("ratio", [0.5, 1.002, 2.0])
+def test_a_picture_of_pixels_that_are_not_square_is_refused(tmp_path, ratio):
+    file = write(tmp_path / "a.exr", picture(), PixelAspectRatio=ratio)
+    message = rf"image = .*a\.exr: its pixels are {ratio:g} times as wide as high \(pixelAspectRatio\); resample it to square"
+    with pytest.raises(PhotositeError, match="scene." + message):
+        ImageScene(file, 100.0).load()
+    with pytest.raises(PhotositeError, match="scene.depth." + message):
+        ImageScene(write(tmp_path / "b.exr", picture()), 100.0, depth_m=DepthImage(file)).load()
+
+
+def test_pixels_that_are_square_within_a_thousandth_are_read(tmp_path):
+    found = [ImageScene(write(tmp_path / "a.exr", picture(), PixelAspectRatio=one), 100.0).load() for one in (1.0, 1.0009)]
+    np.testing.assert_array_equal(found[0].planes, found[1].planes)
+
+
 def test_grey_stays_one_plane_and_equals_grey_rgb(tmp_path):
     grey = picture(1)
     one = ImageScene(write(tmp_path / "g.exr", grey), luminance_cd_m2=50.0).load()
