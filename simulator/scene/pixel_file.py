@@ -147,12 +147,23 @@ def _read_parts(source: "oiio.ImageInput", key: str, path: Path) -> tuple[np.nda
         same = (spec.x, spec.y, spec.width, spec.height) == (first.x, first.y, first.width, first.height)
         if spec.deep or not same or set(own) & set(names):
             continue
-        pixels = source.read_image(part, 0, 0, spec.nchannels, oiio.UNKNOWN)
-        if pixels is None or source.has_error:
-            raise unreadable(key, path, source.geterror())
-        planes.append(np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels))
+        pixels = _read_channels(source, part, range(spec.nchannels), spec.format, path, key)
+        for index, kind in enumerate(spec.channelformats):  # () where all are of one type
+            if kind.basetype == oiio.UINT32:  # OpenImageIO divides it by its largest code where others are floats
+                pixels[..., index] = _read_channels(source, part, range(index, index + 1), kind, path, key)[..., 0]
+        planes.append(pixels)
         names += own
     return (planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2)), tuple(names), count - len(planes)
+
+
+def _read_channels(
+    source: "oiio.ImageInput", part: int, channels: range, kind: "oiio.TypeDesc", path: Path, key: str
+) -> np.ndarray:
+    """Return neighbouring channels of a part, (height, width, channels), as OpenImageIO converts them to a type."""
+    pixels, spec = source.read_image(part, 0, channels.start, channels.stop, kind), source.spec()
+    if pixels is None or source.has_error:
+        raise unreadable(key, path, source.geterror())
+    return np.asarray(pixels).reshape(spec.height, spec.width, len(channels))
 
 
 def _channel_names(spec: "oiio.ImageSpec", part: int) -> list[str]:

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import OpenEXR
 import pytest
 
 from simulator.errors import PhotositeError
@@ -83,3 +84,24 @@ def test_the_nearest_depth_is_nearest_by_euclid(tmp_path):
 def test_a_map_of_holes_alone_has_no_nearest_depth(tmp_path):
     with pytest.raises(PhotositeError, match="all of it is NaN, 0 or less"):
         load(tmp_path, np.zeros((3, 3)), holes="nearest")
+
+
+@pytest.mark.parametrize("other", ["half", "float", "none"])
+@pytest.mark.parametrize("parts", [1, 2])
+def test_depth_in_whole_numbers_is_read_beside_floats(tmp_path, other, parts):
+    """EXR channels have types of their own; codes of 32 bits stay what they are, up to the 24 bits of a float32."""
+    codes = np.array([[0x1000001, 2500], [1, 2**32 - 1]], np.uint32)
+    floats = {} if other == "none" else dict.fromkeys("RGB", np.full((2, 2), 0.5, {"half": np.float16}.get(other, np.float32)))
+    header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
+    channels = [floats | {"Z": codes}] if parts == 1 or not floats else [floats, {"Z": codes}]
+    with OpenEXR.File([OpenEXR.Part(dict(header), held, f"part{n}") for n, held in enumerate(channels)]) as file:
+        file.write(str(tmp_path / "a.exr"))
+    np.save(tmp_path / "grey.npy", np.ones((2, 2), np.float32))
+    channel = "Z" if len(channels) == 1 else "part1.Z"
+    scene = ImageScene(tmp_path / "grey.npy", 100.0, depth_m=DepthImage(tmp_path / "a.exr", channel=channel, unit="mm")).load()
+    np.testing.assert_allclose(scene.depth_m, codes / 1000.0, rtol=2e-7)
+    if other != "none":
+        source = DepthChannel(channel, unit="mm")
+        scene = ImageScene(tmp_path / "a.exr", 100.0, depth_m=source).load()
+        np.testing.assert_allclose(scene.depth_m, codes / 1000.0, rtol=2e-7)
+        assert (scene.planes == 0.5).all()
