@@ -90,7 +90,7 @@ def common_grid(own_nm: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, 
     """Which bands to keep, the scene's wavelengths [nm], each band's spectrum on them, and notes.
 
     A band's spectrum is a triangle: 1 at its own wavelength and 0 at the neighbours', so that the sum of all is linear between
-    samples. It is cut at 380 and 780 nm.
+    samples. It is cut at 380 and 780 nm. Raises PhotositeError for less than two wavelengths there.
     """
     inside = (own_nm >= FIRST_NM) & (own_nm <= LAST_NM)
     if not inside.any() or (inside.sum() < 2 and np.ptp(own_nm) < 1):
@@ -99,13 +99,15 @@ def common_grid(own_nm: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, 
             key="scene.wavelengths",
             value=f"{own_nm[0]:g} to {own_nm[-1]:g} nm ({name})",
         )
+    grid_nm = np.unique(np.clip(own_nm, FIRST_NM, LAST_NM))
+    only = f"has only {grid_nm[0]:g} nm from {FIRST_NM:g} to {LAST_NM:g} nm; give two wavelengths or more there"
+    require(len(grid_nm) > 1, "scene.wavelengths", f"{own_nm[0]:g} to {own_nm[-1]:g} nm ({name})", only)
     notes = []
     if own_nm[0] > FIRST_NM or own_nm[-1] < LAST_NM:
         low, high = max(own_nm[0], FIRST_NM), min(own_nm[-1], LAST_NM)
         notes.append(f"{name}: taken as dark outside {low:g} to {high:g} nm")
     if not inside.all():
         notes.append(f"{name}: wavelengths outside {FIRST_NM:g} to {LAST_NM:g} nm left out")
-    grid_nm = np.unique(np.clip(own_nm, FIRST_NM, LAST_NM))
     triangles = resample(np.eye(len(own_nm)), own_nm, grid_nm)
     keep = np.flatnonzero(triangles.any(axis=1))
     return keep, grid_nm, triangles[keep], tuple(notes)

@@ -181,6 +181,12 @@ def test_reflectance_is_lit_and_white_has_the_luminance(tmp_path):
 BAD_CUBES = {
     "infrared only": (cube(3), [900, 910, 920], "nothing between 380 and 780 nm"),
     "micrometres": (cube(3), [0.4, 0.5, 0.6], "nothing between 380 and 780 nm"),
+    "one visible below": (
+        cube(3),
+        [300, 370, 380],
+        r"300 to 380 nm \(cube.npy\): has only 380 nm from 380 to 780 nm; give two",
+    ),
+    "one visible above": (cube(2), [780, 900], r"780 to 900 nm \(cube.npy\): has only 780 nm from 380 to 780 nm; give two"),
     "too few wavelengths": (cube(3), [400, 500], "holds 2 wavelengths, but .*3 channels"),
     "one twice": (cube(3), [400, 400, 500], "each once"),
     "NaN": (np.where(np.arange(3) == 1, np.nan, cube(3)), [400, 500, 600], "NaN in 12 of 12 pixels"),
