@@ -125,6 +125,22 @@ def test_integers_whose_white_nothing_tells_are_refused(tmp_path, dtype):
         scene_from_rgb(np.full((4, 4, 3), 255, dtype), luminance_cd_m2=100.0)
 
 
+@pytest.mark.parametrize("dtype", ["u1", "u2", "f2", "f4", "f8"])
+def test_either_byte_order_is_read(tmp_path, dtype):
+    found = []
+    for order in "<>":
+        codes = picture(4) if dtype[0] == "f" else np.random.default_rng(1).integers(0, 256, (4, 5, 4))
+        stored = codes.astype(order + dtype)
+        np.save(tmp_path / "a.npy", stored[..., :3])
+        np.save(tmp_path / "alpha.npy", stored[..., 3])
+        layer = PictureLayer(tmp_path / "a.npy", 1.0, alpha_image=tmp_path / "alpha.npy")
+        layered = LayeredScene((layer,), 100.0).load().layers[0]
+        image = ImageScene(tmp_path / "a.npy", 100.0).load()
+        found.append((image.planes, scene_from_rgb(stored[..., :3], luminance_cd_m2=100.0).planes, layered.coverage))
+    for little, big in zip(*found, strict=True):
+        np.testing.assert_array_equal(little, big)
+
+
 def test_jpeg_and_hdr_and_npy_are_read(tmp_path):
     jpeg = write(tmp_path / "a.jpg", np.full((16, 16, 3), 128, np.uint8))
     assert ImageScene(jpeg, luminance_cd_m2=1.0).load().planes.mean() == pytest.approx(0.2159, abs=0.003)
