@@ -45,24 +45,30 @@ class DeepSamples:
 def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[str, ...]]:
     """Samples, the chromaticities that the file states, and notes for the log.
 
-    A file without alpha holds opaque samples, one without ZBack surfaces (OpenEXR, "Interpreting OpenEXR Deep Pixels").
+    Of a file of several parts the first deep one is read. A file without alpha holds opaque samples, one without ZBack surfaces
+    (OpenEXR, "Interpreting OpenEXR Deep Pixels").
     Raises PhotositeError for a file that is missing, damaged, raw or not deep, pixels that are not square, channels other than
     R, G, B or Y with Z, NaN, Inf, alpha outside 0 to 1, depth of 0 or less, and a ZBack that is infinite behind a finite Z.
     """
     check_file(path, KEY)
     refuse_raw(path, KEY)
     with reading(path, DAMAGED, key=KEY), opened_picture(path, KEY) as source:
+        parts = source.spec().get_int_attribute("oiio:subimages", 1)
+        for part in range(parts):
+            if not source.seek_subimage(part, 0):
+                raise unreadable(KEY, path, source.geterror())
+            if source.spec().deep:
+                break
         spec = source.spec()
         require(spec.deep, KEY, path, "is no deep picture, it has one colour per pixel; write image: instead of deep:")
         check_square_pixels(spec, KEY, path)
-        data = source.read_native_deep_image(0, 0)
+        data = source.read_native_deep_image(part, 0)
         if data is None or source.has_error:
             raise unreadable(KEY, path, source.geterror())
         samples, notes = _samples(data, spec, path)
         _check(samples, path)
         np.clip(samples.alpha, 0.0, 1.0, out=samples.alpha)
-        parts = spec.get_int_attribute("oiio:subimages", 1)
-        notes += (f"{path.name}: has {parts} parts; only the first is read",) if parts > 1 else ()
+        notes += (f"{path.name}: has {parts} parts; only the first deep one is read",) if parts > 1 else ()
         return samples, spec.getattribute("chromaticities"), notes
 
 

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import OpenImageIO as oiio
 import pytest
 from helpers.camera_builders import green_camera
@@ -75,6 +76,36 @@ def test_a_deep_picture_of_pixels_that_are_not_square_is_refused(tmp_path):
     file = deep_file(tmp_path / "a.exr", 2, [[(1, 1, 1, 1, 2)]] * 4, PixelAspectRatio=2.0)
     with pytest.raises(PhotositeError, match=r"scene\.deep = .*a\.exr: its pixels are 2 times as wide as high"):
         load(file)
+
+
+def samples_of(values):
+    """(height, width) object array of one float32 sample per pixel."""
+    found = np.empty(np.shape(values), dtype=object)
+    for place, value in np.ndenumerate(values):
+        found[place] = np.array([value], np.float32)
+    return found
+
+
+def test_the_first_deep_part_is_read_wherever_it_stands(tmp_path):
+    """Renderers put a flat beauty before the deep part."""
+    rng = np.random.default_rng(2)
+    flat = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}, dict.fromkeys("RGB", np.ones((3, 4), "f4"))
+    colours = {letter: rng.random((3, 4)).astype(np.float32) for letter in "RGB"}
+    channels = {
+        name: samples_of(values) for name, values in (colours | {"A": np.ones((3, 4)), "Z": np.full((3, 4), 2.0)}).items()
+    }
+    deep = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}, channels
+    for number, order in enumerate(((flat, deep), (flat, flat, deep), (deep, flat))):
+        parts = [OpenEXR.Part(dict(header), held, f"part{n}") for n, (header, held) in enumerate(order)]
+        with OpenEXR.File(parts) as file:
+            file.write(str(tmp_path / f"{number}.exr"))
+        scene = load(tmp_path / f"{number}.exr")
+        np.testing.assert_array_equal(scene.layers[0].planes, np.stack(list(colours.values()), axis=2))
+        assert f"{number}.exr: has {len(order)} parts; only the first deep one is read" in scene.notes
+    with OpenEXR.File([OpenEXR.Part(dict(flat[0]), flat[1], f"part{n}") for n in range(2)]) as file:
+        file.write(str(tmp_path / "flat.exr"))
+    with pytest.raises(PhotositeError, match=r"flat\.exr: is no deep picture, .* write image: instead of deep:"):
+        load(tmp_path / "flat.exr")
 
 
 def volume_pixels(rng):
