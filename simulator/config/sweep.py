@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from simulator.config.build import locate_error, validate
-from simulator.config.document import Document, Place
+from simulator.config.document import Document
 from simulator.config.document_merge import remove_key, replace_value, select_section
 from simulator.config.quantity import format_quantity, parse_quantity
 from simulator.config.series_section import SECONDS, SeriesSection, count_exposure_times
@@ -200,8 +200,16 @@ class Sweep:
             return document, {}
         key = _bracket_key(document)
         is_metered_bracket = series.bracket is not None and key == COMPENSATION
-        if series.interval is None and (is_metered_bracket or given.get("mode", "manual") not in BY_HAND):
+        is_by_hand = given.get("mode", "manual") in BY_HAND
+        if series.interval is None and (is_metered_bracket or not is_by_hand):
             rule = "the camera chooses the exposure when it is planned, so that no gap says when it ends; give an interval"
+            raise self._section.problem(("series",), rule, key="sweep.series")
+        needs_flow_time = _needs_flow_time(document)
+        if needs_flow_time and not is_by_hand and len(set(series.bracket or ())) > 1:
+            rule = (
+                "the camera chooses the time of each frame of the bracket when it is planned, so that nothing says how far "
+                "the middle of the next exposure is, to which the flow leads; give motion.flow_time, or leave flow out of truth"
+            )
             raise self._section.problem(("series",), rule, key="sweep.series")
         with self._locate_series():
             known = 0.0 if is_metered_bracket else base_s, count_exposure_times(document)
@@ -218,8 +226,10 @@ class Sweep:
         place = replace(self._place(("series",)), via="sweep")
         for key, value in values.items():
             document = replace_value(document, key, value, place)
-        flow_s = next_start_s + 0.5 * next_time_s - (start_s + 0.5 * time_s)  # to the middle of the next exposure
-        return _set_flow_time(document, flow_s, place), values
+        if needs_flow_time:
+            flow_s = next_start_s + 0.5 * next_time_s - (start_s + 0.5 * time_s)  # to the middle of the next exposure
+            document = replace_value(document, "motion.flow_time", format_quantity(float(f"{flow_s:.12g}"), SECONDS), place)
+        return document, values
 
     def _advance_frame_seed(self, document: Document, index: int) -> Document:
         seeds = document.data.get("seeds")
@@ -281,12 +291,10 @@ class Sweep:
         return sorted({round(step * (length - 1) / (MAX_CHECKED - 1)) for step in range(MAX_CHECKED)})
 
 
-def _set_flow_time(document: Document, flow_s: float, place: Place) -> Document:
-    """Return the document with the time that the truth's flow spans [s], where it asks for a flow and states none."""
+def _needs_flow_time(document: Document) -> bool:
+    """Return whether a document asks for the flow of what moves and does not state the time that it spans."""
     motion, truth = (document.data.get(key) for key in ("motion", "truth"))
-    if not isinstance(motion, dict) or "flow_time" in motion or not isinstance(truth, list) or "flow" not in truth:
-        return document
-    return replace_value(document, "motion.flow_time", format_quantity(float(f"{flow_s:.12g}"), SECONDS), place)
+    return isinstance(motion, dict) and "flow_time" not in motion and isinstance(truth, list) and "flow" in truth
 
 
 def load_sweep(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Sweep | None:

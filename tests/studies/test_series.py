@@ -141,6 +141,22 @@ def test_the_flow_of_a_frame_of_a_series_leads_to_the_middle_of_the_next(tmp_pat
     assert [point.shot().motion.flow_time_s for point in stated] == [1.0, 1.0]
 
 
+def test_a_bracket_whose_times_the_camera_chooses_needs_the_time_of_its_flow(tmp_path):
+    """Each frame's time is known when it is planned, and the middle of the next exposure with it."""
+    text = SHOT.replace("time: 1/125 s", "mode: aperture_priority") + "truth: [flow]\nmotion: {camera: {pan: 1 deg/s}}\n"
+    bracket = {"series": {"frames": 3, "interval": "1 s", "bracket": [0, 3]}}
+    with pytest.raises(PhotositeError, match=r"s.yaml:\d+: sweep.series: .*give motion.flow_time, or leave flow out of truth"):
+        read_sweep(tmp_path, bracket, text)
+    stated = read_sweep(tmp_path, bracket, text.replace("{pan: 1 deg/s}", "{pan: 1 deg/s}, flow_time: 0.9 s"))
+    assert [point.shot().motion.flow_time_s for point in stated] == [0.9] * 3
+    for same in (  # frames of one time, so that their middles are an interval apart
+        read_sweep(tmp_path, {"series": {"frames": 3, "interval": "1 s"}}, text),
+        read_sweep(tmp_path, bracket, text.replace("aperture_priority", "shutter_priority, time: 1/125 s")),
+        read_sweep(tmp_path, bracket, text.replace("mode: aperture_priority", "time: 1/125 s, auto_iso: {}")),
+    ):
+        assert [point.shot().motion.flow_time_s for point in same] == [1.0] * 3
+
+
 @pytest.mark.parametrize("path", ["clip: handycam_run, seed: 1", "path: turn.csv"])
 def test_a_path_that_is_shorter_than_a_series_is_refused_before_its_first_frame(tmp_path, path):
     (tmp_path / "turn.csv").write_text("time_s,rotation_euler_y\n0,0\n1,0.01\n2,0.02\n")
