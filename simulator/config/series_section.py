@@ -10,11 +10,11 @@ from simulator.config.document import Document
 from simulator.config.document_merge import select_section
 from simulator.config.section_types import Quantity, Section
 from simulator.errors import PhotositeError
+from simulator.exposure.later_exposures import outlasting
 from simulator.exposure.settings import MOST_COMPENSATION_STOPS
 from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.units import Unit
 
-ROUNDING = 1e-9  # share of the interval by which an exposure may exceed it, since written times are rounded
 SECONDS = Unit("second", "_s")
 
 
@@ -45,20 +45,20 @@ class SeriesSection(Section):
         if min(self.interval or 0.0, self.gap or 0.0) < 0.0:
             raise ValueError("interval and gap are 0 s or more")
 
-    def times(self, frame: int, base_s: float, exposure_times: float) -> tuple[float, float]:
+    def times(self, frame: int, base_s: float, exposure_times: float, varies_time: bool = True) -> tuple[float, float]:
         """Return when a frame is released, counted from the first one, and its exposure time [s].
 
         frame: 0 for the first. base_s: exposure time at 0 stops [s]. exposure_times: what a frame takes, in its exposure times.
-        Raises ValueError where a frame's exposures outlast the interval.
+        varies_time: whether a bracket is one of times. Raises ValueError where a frame's exposures outlast the interval.
         """
-        each_s = [base_s * 2.0**stop for stop in self.bracket or [0.0]]
+        each_s = [base_s * 2.0**stop for stop in (self.bracket if varies_time and self.bracket else [0.0])]
         taken_s = [exposure_times * time_s for time_s in each_s]
         rounds, place = divmod(frame, len(each_s))
         if self.interval is None:
             return rounds * sum(taken_s) + sum(taken_s[:place]) + frame * (self.gap or 0.0), each_s[place]
-        if max(taken_s) > self.interval * (1.0 + ROUNDING):
-            what = f"exposures of {max(taken_s):g} s{' together' if exposure_times > 1.0 else ''}"
-            raise ValueError(f"{what} outlast the interval of {self.interval:g} s; give a longer one, or a gap instead")
+        fault = outlasting(max(taken_s), self.interval, exposure_times > 1.0)
+        if fault is not None:
+            raise ValueError(f"{fault}, or a gap instead")
         return frame * self.interval, each_s[place]
 
 

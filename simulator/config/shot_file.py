@@ -59,7 +59,7 @@ def make_shot_section() -> type[Section]:
     }
     hints = get_type_hints(Shot, include_extras=True)
     for field in fields(Shot):
-        if field.name in ("scene", "lens", "camera", "origin"):
+        if field.name in ("scene", "lens", "camera") or not field.compare:
             continue
         default: dict[str, Any] = {} if field.default is MISSING else {"default_factory": partial(to_section, field.default)}
         text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None

@@ -43,17 +43,19 @@ MAX_CHECKED = 2000  # most values of one key that are checked when they are comp
 class SweepPoint:
     """One point of a sweep.
 
-    name: stem of its files. values: dotted key -> value, as written.
+    name: stem of its files. values: dotted key -> value, as written. interval_s: to the release of the next frame of a series,
+        in which all exposures must end [s]; None: whatever they take.
     """
 
     index: int
     name: str
     values: dict[str, object]
     document: Document
+    interval_s: float | None = None
 
     def shot(self) -> Shot:
         """Return the shot of this point. Raises PhotositeError with file and line."""
-        return build_shot(self.document)
+        return replace(build_shot(self.document), interval_s=self.interval_s)
 
     def locate_error(self, error: PhotositeError) -> PhotositeError:
         """Return an error of taking the point, with file and line where it is about the value of a key of the document."""
@@ -184,7 +186,8 @@ class Sweep:
             document = self._advance_frame_seed(document, index)
         digits = max(4, len(str(len(self) - 1)))
         name = f"{self._base.data['name']}_{index:0{digits}d}"
-        return SweepPoint(index, name, values, replace_value(document, "name", name, document.place(("name",))))
+        document = replace_value(document, "name", name, document.place(("name",)))
+        return SweepPoint(index, name, values, document, None if self._series is None else self._series.interval)
 
     def _set_frame(self, document: Document, series: SeriesSection, frame: int) -> tuple[Document, dict[str, object]]:
         """Return the document of a frame of the series, and its exposure.start and what is bracketed, as written.
@@ -212,7 +215,7 @@ class Sweep:
             )
             raise self._section.problem(("series",), rule, key="sweep.series")
         with self._locate_series():
-            known = 0.0 if is_metered_bracket else base_s, count_exposure_times(document)
+            known = base_s, count_exposure_times(document), not is_metered_bracket
             (start_s, time_s), (next_start_s, next_time_s) = (series.times(one, *known) for one in (frame, frame + 1))
         # In 12 digits, so that 3 times 0.1 s reads 0.3 s.
         values: dict[str, object] = {"exposure.start": format_quantity(float(f"{first_s + start_s:.12g}"), SECONDS)}

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
-from simulator.errors import require
+from simulator.errors import PhotositeError, require
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.sensor.camera.camera import Camera
+
+ROUNDING = 1e-9  # share of an interval by which exposures may exceed it, since written times are rounded
 
 
 def later_exposures(exposure: Exposure, camera: Camera) -> list[Exposure]:
@@ -26,3 +28,22 @@ def later_exposures(exposure: Exposure, camera: Camera) -> list[Exposure]:
         begin_s += before * exposure.time_s
         found.append(replace(exposure, time_s=share * exposure.time_s, start_s=begin_s))
     return found
+
+
+def outlasting(taken_s: float, interval_s: float, is_several: bool) -> str | None:
+    """Return what is wrong where a frame's exposures outlast the interval to the next release; None where they do not.
+
+    taken_s: all exposures of the frame [s]. is_several: whether they are several.
+    """
+    if taken_s <= interval_s * (1.0 + ROUNDING):
+        return None
+    what = f"exposures of {taken_s:g} s{' together' if is_several else ''}"
+    return f"{what} outlast the interval of {interval_s:g} s; give a longer one"
+
+
+def check_interval(exposure: Exposure, camera: Camera, interval_s: float) -> None:
+    """Raise PhotositeError where the exposures of a frame, whose time the camera chose, outlast the interval [s]."""
+    shares = (1.0,) if camera.hdr_readout is None else camera.hdr_readout.exposure_shares
+    fault = outlasting(exposure.time_s * sum(shares), interval_s, len(shares) > 1)
+    if fault is not None:
+        raise PhotositeError(f"{fault}, or limit the time by exposure.dials.longest", key="sweep.series")

@@ -10,7 +10,7 @@ from simulator.device import Device
 from simulator.displayed import Displayed
 from simulator.errors import require
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
-from simulator.exposure.later_exposures import later_exposures
+from simulator.exposure.later_exposures import check_interval, later_exposures
 from simulator.optics.geometry.projection import tangent_per_pixel
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan
@@ -144,6 +144,8 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     require(shot.camera.blooming is None or "variance" not in shot.truth, "truth", "variance", rule)
     metered = meter_shot(shot)
     shot = shot if metered is None else metered.settle(shot)
+    if metered is not None and shot.interval_s is not None:
+        check_interval(shot.exposure, shot.camera, shot.interval_s)
     sensor = plan_readings(plan_sensor_of(shot), shot.exposure.iso)
     exposed = plan_exposure(shot.exposure, shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number)
     optics, key = _plan_light(shot, sensor, exposed, cache)

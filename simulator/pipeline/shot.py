@@ -46,6 +46,8 @@ class Shot(Displayed):
         left out: the tolerance holds.
     motion: what moves while the shutter is open; left out: nothing.
     origin: the file it was read from, set by `load_shot`; None for a shot made of objects.
+    interval_s: from the release to that of the next frame of a series [s], set by a sweep; a time that the camera chooses must
+        end before; None: no frame follows.
     Raises PhotositeError for an ISO outside those the camera was measured at, and a tolerance out of range.
     """
 
@@ -61,6 +63,7 @@ class Shot(Displayed):
     time_budget_s: Seconds | None = None
     motion: Motion | None = None
     origin: ShotOrigin | None = field(default=None, repr=False, compare=False)
+    interval_s: float | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require(

@@ -5,10 +5,12 @@ import itertools
 
 import pytest
 from helpers.small_sweep import SHOT, read_sweep
+from helpers.tiny_shot import tiny_folder
 
 from simulator.config.sweep import Sweep
 from simulator.errors import PhotositeError
 from simulator.exposure.later_exposures import later_exposures
+from simulator.pipeline.planner import plan
 from simulator.studies.sweep_runner import run_sweep
 
 
@@ -75,6 +77,31 @@ def test_a_metered_bracket_varies_the_compensation_and_needs_an_interval(tmp_pat
     for series in ({"frames": 2}, {"frames": 2, "gap": "1 s", "bracket": [0, 1]}):
         with pytest.raises(PhotositeError, match="sweep.series.*no gap says when it ends; give an interval"):
             read_sweep(tmp_path, {"series": series}, text)
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_exposures_that_the_camera_chooses_longer_than_the_interval_are_refused(tmp_path, several):
+    """Dim light takes 8 s at 1 stop and 4 s at 0; a second reading of half the time makes 6 s of the 4."""
+    tiny_folder(tmp_path)
+    hdr = "{base: tiny.yaml, hdr_readout: {exposures: [1, 0.5]}}" if several else "tiny.yaml"
+    text = SHOT.replace("time: 1/125 s", "mode: aperture_priority").replace("camera: sony_a7s2", f"camera: {hdr}")
+    text = text.replace("100 cd/m^2", "0.08 cd/m^2")
+    sweep = read_sweep(tmp_path, {"series": {"frames": 2, "interval": "5 s", "bracket": [0, 1]}}, text)
+    rows = run_sweep(sweep, tmp_path, take=lambda shot, directory: plan(shot))
+    told = [str(row.error) for row in rows]
+    together = " together" if several else ""
+    fix = "the interval of 5 s; give a longer one, or limit the time by exposure.dials.longest"
+    assert told[1] == f"sweep.series: exposures of {12 if several else 8} s{together} outlast {fix}"
+    assert told[0] == (f"sweep.series: exposures of 6 s{together} outlast {fix}" if several else "None")
+
+
+def test_a_bracket_of_compensation_with_a_stated_time_fits_into_the_interval_or_is_refused(tmp_path):
+    """The time stays, and the bracket is one of apertures or ISOs."""
+    for text in (SHOT.replace("time:", "mode: shutter_priority, time:"), SHOT.replace("time:", "auto_iso: {}, time:")):
+        series = {"frames": 2, "bracket": [0, 3]}
+        assert times(read_sweep(tmp_path, {"series": series | {"interval": "8 ms"}}, text)) == [(0.0, 0.008), (0.008, 0.008)]
+        with pytest.raises(PhotositeError, match="sweep.series: exposures of 0.008 s outlast the interval of 0.007 s"):
+            read_sweep(tmp_path, {"series": series | {"interval": "7 ms"}}, text)
 
 
 def test_every_point_of_a_sweep_may_be_a_series(tmp_path):
