@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.scene.color_channels import color_layers
 from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, largest_code, read_pixels
 
 Alpha = Annotated[
@@ -18,10 +17,11 @@ LEAST_COVERAGE = 1e-6  # of a pixel with light: blur looks for light where a lay
 
 
 def load_coverage(
-    file: PixelFile, alpha: Alpha, alpha_image: Path | None, layer: str | None, key: str
+    file: PixelFile, own: np.ndarray | None, alpha: Alpha, alpha_image: Path | None, key: str
 ) -> tuple[np.ndarray | None, bool]:
     """Coverage (height, width) float32 of 0 to 1, None when all is covered; and whether the colours are straight.
 
+    own: alpha of the file's colours as stored, (height, width); None: they have none.
     Colours with an alpha picture of their own are straight unless `alpha` says otherwise.
     key: section of the layer, for messages. Raises PhotositeError for alpha outside 0 to 1, NaN, or of another size.
     """
@@ -35,12 +35,15 @@ def load_coverage(
                 key=key,
                 value=path,
             )
-    elif own := [f"{name}A" for name in color_layers(file.channels, layer) if f"{name}A" in file.channels]:
-        key, path, stored = f"{key}.image", file.path, file.channel(own[0], key)
-    elif file.alpha is not None:
-        key, path, stored = f"{key}.image", file.path, file.pixels[..., file.alpha]
+    elif own is not None:
+        key, path, stored = f"{key}.image", file.path, own
     else:
-        require(alpha == "auto", f"{key}.alpha", alpha, f"{file.path} has no alpha; leave it out, or give alpha_image")
+        require(
+            alpha == "auto",
+            f"{key}.alpha",
+            alpha,
+            f"the colours of {file.path} have no alpha; leave it out, or give alpha_image",
+        )
         return None, straight
     coverage = unit_range(stored, key, path)
     return (None if coverage.min() == 1.0 else coverage), straight

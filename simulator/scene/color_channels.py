@@ -20,20 +20,45 @@ def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str
     Raises PhotositeError, which names `key`, for another number of channels, and for colours that are not R, G, B or grey.
     """
     check_rgb(file, key)
-    rest = [name for index, name in enumerate(file.channels) if index != file.alpha and name not in ("Z", depth_channel)]
-    wanted = [name for name in color_layers(rest, layer) if all(f"{name}{letter}" in rest for letter in "RGB")]
-    if len(wanted) == 1 and (file.is_exr or len(rest) == 3):
-        chosen = [f"{wanted[0]}{letter}" for letter in "RGB"]
-    elif len(rest) == 1 and not layer:
-        chosen = rest
-    else:
+    chosen = _color_names(file, layer, depth_channel)
+    if not chosen:
         raise _wrong_channels(file, layer, key)
     first, *others = indices = [file.channels.index(name) for name in chosen]
     beside = others == list(range(first + 1, first + len(indices)))
     return file.pixels[..., first : first + len(indices)] if beside else np.take(file.pixels, indices, axis=2)
 
 
-def color_layers(channels: Sequence[str], layer: str | None) -> list[str]:
+def color_alpha(file: PixelFile, layer: str | None = None, depth_channel: str = "Z") -> np.ndarray | None:
+    """Return the alpha of a picture's colours as stored, (height, width); None where they have none.
+
+    It stands beside the colours that `color_channels` picks: that of another layer or part of an EXR is not theirs. A file
+    without such colours, as a spectral cube is, has the one that it marks as alpha.
+    """
+    chosen, own = _color_names(file, layer, depth_channel), file.alpha
+    if chosen:
+        before = _layer_of(chosen[0])
+        if f"{before}A" in file.channels:
+            own = file.channels.index(f"{before}A")
+        elif own is not None and _layer_of(file.channels[own]) != before:
+            own = None
+    return None if own is None else file.pixels[..., own]
+
+
+def _layer_of(channel: str) -> str:
+    """Return what stands before the last part of a channel's name, such as "ViewLayer.Combined."."""
+    return channel[: channel.rfind(".") + 1]
+
+
+def _color_names(file: PixelFile, layer: str | None, depth_channel: str) -> list[str]:
+    """Return the channels of a picture's colour: three, or one of a grey one; [] where that is not clear."""
+    rest = [name for index, name in enumerate(file.channels) if index != file.alpha and name not in ("Z", depth_channel)]
+    wanted = [name for name in _color_layers(rest, layer) if all(f"{name}{letter}" in rest for letter in "RGB")]
+    if len(wanted) == 1 and (file.is_exr or len(rest) == 3):
+        return [f"{wanted[0]}{letter}" for letter in "RGB"]
+    return rest if len(rest) == 1 and not layer else []
+
+
+def _color_layers(channels: Sequence[str], layer: str | None) -> list[str]:
     """Return what may stand before the names R, G and B, such as "ViewLayer.Combined."; of a view layer, its pass Combined.
 
     channels: of the file. layer: that the user named. Without one, R, G, B are the colours where they are there, else

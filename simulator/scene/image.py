@@ -9,7 +9,7 @@ import numpy as np
 
 from simulator.color.spectra import check_illuminant
 from simulator.scene.checks import check_field_of_view, check_luminance
-from simulator.scene.color_channels import color_channels, to_linear
+from simulator.scene.color_channels import color_alpha, color_channels, to_linear
 from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
 from simulator.scene.occluded_background import Hidden
 from simulator.scene.picture_light import (
@@ -74,7 +74,8 @@ class ImageScene:
         depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
         scene = self.scene_of(color_channels(file, self.layer, depth_channel), file)
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg, layer=self.layer)
-        notes = *file.notes, *_alpha_notes(file), *scene.notes, *depth_notes, *_depth_notes(self.depth_m, file)
+        has_alpha = color_alpha(file, self.layer, depth_channel) is not None
+        notes = *file.notes, *_alpha_notes(file, has_alpha), *scene.notes, *depth_notes, *_depth_notes(self.depth_m, file)
         return replace(scene, depth_m=depth_m, notes=notes)
 
     def scene_of(self, stored: np.ndarray, file: PixelFile, key: str = "scene.image") -> Scene:
@@ -90,9 +91,9 @@ class ImageScene:
         )
 
 
-def _alpha_notes(file: PixelFile) -> tuple[str, ...]:
+def _alpha_notes(file: PixelFile, has_alpha: bool) -> tuple[str, ...]:
     note = f"{file.path.name}: alpha dropped; the colours are used as stored (scene.layers uses alpha)"
-    return () if file.alpha is None else (note,)
+    return (note,) if has_alpha else ()
 
 
 def _depth_notes(depth_m: object, file: PixelFile) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from simulator.color.spectra import check_illuminant
 from simulator.errors import PhotositeError, require
 from simulator.scene.alpha import Alpha, cover_light, load_coverage
 from simulator.scene.checks import check_field_of_view, check_luminance
-from simulator.scene.color_channels import color_channels, to_linear
+from simulator.scene.color_channels import color_alpha, color_channels, to_linear
 from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
 from simulator.scene.picture_light import (
     Encoding,
@@ -51,7 +51,8 @@ class PictureLayer:
         planes, notes = to_linear(stored, scene.encoding, file, f"{key}.image")
         check_finite(planes, f"{key}.image", self.image)
         clip_notes = clip_negative(planes, scene.negative, f"{key}.image", self.image)
-        coverage, straight = load_coverage(file, self.alpha, self.alpha_image, self.layer, key)
+        own = color_alpha(file, self.layer, depth_channel)
+        coverage, straight = load_coverage(file, own, self.alpha, self.alpha_image, key)
         if coverage is not None and straight:
             planes *= coverage[..., None]
         elif coverage is not None and (scene.encoding == "srgb" or scene.encoding == "auto" and stored.dtype.kind in "ui"):

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
+from simulator.scene.color_channels import color_alpha
 from simulator.scene.length_units import METRES_PER_UNIT, LengthUnit
 from simulator.scene.pixel_file import PixelFile
 from simulator.units import Metres
@@ -76,11 +77,11 @@ class RendererDepth:
     def read(self, file: PixelFile, layer: str | None, key: str) -> np.ndarray:
         """Return distances (height, width) float32 [m] along `along`, without `axis_offset_m`; inf where no surface is.
 
-        layer: EXR layer of the colours, which tells between several view layers. Raises PhotositeError for a file without the
-        pass, or with several.
+        layer: EXR layer of the colours, which tells between several view layers, and alphas. Raises PhotositeError for a file
+        without the pass, or with several.
         """
         if self.renderer == "mitsuba":
-            return self._length_of_ray(file, key)
+            return self._length_of_ray(file, layer, key)
         kind = "Depth" if self.mist is None else "Mist"
         stored = file.channel(_find_pass(file, kind, layer, key), key).astype(np.float32)
         if self.mist is None:
@@ -90,13 +91,14 @@ class RendererDepth:
         metres = self.mist.start_m + self.mist.depth_m * share
         return np.where(stored >= 1.0, np.float32(np.inf), metres).astype(np.float32)
 
-    def _length_of_ray(self, file: PixelFile, key: str) -> np.ndarray:
+    def _length_of_ray(self, file: PixelFile, layer: str | None, key: str) -> np.ndarray:
         names = [name for name in file.channels if name == "T" or name.endswith(".T")]
         rule = "has {} channels of depth ({}); render with an aov integrator whose aovs has one depth"
         if len(names) != 1:
             raise PhotositeError(rule.format(len(names), ", ".join(names) or "none ends with .T"), key=key, value=file.path)
         length = file.channel(names[0], key).astype(np.float32) * np.float32(METRES_PER_UNIT[self.unit])
-        hit = np.ones_like(length) if file.alpha is None else file.pixels[..., file.alpha].astype(np.float32)
+        alpha = color_alpha(file, layer)
+        hit = np.ones_like(length) if alpha is None else alpha.astype(np.float32)
         with np.errstate(divide="ignore", invalid="ignore"):  # samples that hit nothing count 0
             return np.where((length > 0) & (hit > 0), length / hit, np.float32(np.inf))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM
-from simulator.errors import PhotositeError, check_file, reading
+from simulator.errors import PhotositeError, check_file, reading, require
 from simulator.scene.pixel_file import PixelFile, load_array
 
 FIRST_NM, LAST_NM = WAVELENGTHS_NM[0], WAVELENGTHS_NM[-1]

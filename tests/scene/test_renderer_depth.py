@@ -128,6 +128,19 @@ def test_parts_of_a_file_are_read_as_its_passes(tmp_path):
     assert np.array_equal(scene.planes[..., 1], planes["ViewLayer.Combined.G"].astype(np.float16))
 
 
+@pytest.mark.parametrize("layer", [None, "rendered"])
+def test_distances_of_mitsuba_are_over_the_alpha_of_the_colours(tmp_path, layer):
+    """Half of a pixel's rays hit a wall 4 m away, so that their mean is 2 m; another layer has an alpha of its own."""
+    colour = {f"{layer}.{letter}" if layer else letter: 0.5 for letter in "RGBA"}
+    other = {f"{name}.A": 0.125 for name in ("first", "last")}
+    values = {"first.A": other["first.A"], **colour, "depth.T": 2.0, "last.A": other["last.A"]}
+    file = save(tmp_path / "m.exr", {name: np.full(SIZE, value) for name, value in values.items()})
+    depth = RendererDepth("mitsuba", near_clip_m=0.0)
+    scene = LayeredScene((PictureLayer(file, depth, layer=layer),), 100.0, field_of_view_deg=40.0).load()
+    np.testing.assert_allclose(scene.depth_m, 4.0 * axis_cosines(40.0), rtol=1e-6)
+    assert (scene.coverage == 0.5).all()
+
+
 def test_one_of_several_view_layers_is_named(tmp_path):
     near, near_m = blender_channels(np.random.default_rng(3), "Near.")
     far, far_m = blender_channels(np.random.default_rng(4), "Far.")

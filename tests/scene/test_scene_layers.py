@@ -20,6 +20,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.scene.color_channels import srgb_to_linear
 from simulator.scene.compositing import flatten_layers
 from simulator.scene.depth import DepthChannel, DepthImage
+from simulator.scene.image import ImageScene
 from simulator.scene.layered import LayeredScene, PictureLayer
 
 MITSUBA = Path(__file__).parents[3] / "shared" / "data" / "mitsuba"
@@ -85,6 +86,25 @@ def test_straight_and_associated_alpha_give_the_same_layer(tmp_path):
         scene = scene_of(layer).load()
         np.testing.assert_allclose(scene.planes, rgb * a[..., None], rtol=1e-6)
         np.testing.assert_array_equal(scene.coverage, a)
+
+
+@pytest.mark.parametrize("other", ["", "ground."])
+def test_alpha_of_another_layer_of_an_exr_is_not_that_of_the_colours(tmp_path, other):
+    """OpenImageIO marks the first alpha of a file, whatever layer it is of."""
+    a, rgb = alphas(1), colours(2)
+    names = tuple(f"{other}{letter}" for letter in "RGBA") + tuple(f"leaf.{letter}" for letter in "RGB")
+    file = exr(tmp_path / "l.exr", np.dstack([colours(3, a), rgb]), names)
+    covered, bare = (scene_of(PictureLayer(file, 1.0, layer=name)).load() for name in (other[:-1] or None, "leaf"))
+    np.testing.assert_array_equal(covered.coverage, a)
+    assert bare.coverage is None
+    np.testing.assert_array_equal(bare.planes, rgb)
+    dropped = [
+        any("alpha dropped" in note for note in ImageScene(file, 1.0, layer=name).load().notes)
+        for name in (other[:-1] or None, "leaf")
+    ]
+    assert dropped == [True, False]
+    with pytest.raises(PhotositeError, match="alpha = straight: the colours of .*l.exr have no alpha"):
+        scene_of(PictureLayer(file, 1.0, layer="leaf", alpha="straight")).load()
 
 
 def test_a_png_is_straight_and_its_alpha_is_no_srgb(tmp_path):
@@ -217,7 +237,7 @@ def test_mistakes_name_the_layer(tmp_path):
         (PictureLayer(bad, 1.0), "scene.layers.1.image = .*nan.exr: NaN in 48 of 48"),
         (PictureLayer(tmp_path / "none.exr", 1.0), "scene.layers.1.image = .*none.exr: no such file"),
         (PictureLayer(good, DepthChannel("depth")), "scene.layers.1.depth.channel = depth: no such channel"),
-        (PictureLayer(good, 1.0, alpha="straight"), "scene.layers.1.alpha = straight: .*has no alpha"),
+        (PictureLayer(good, 1.0, alpha="straight"), "scene.layers.1.alpha = straight: .*have no alpha"),
         (PictureLayer(good, 1.0, layer="leaf"), "scene.layers.1.image = .*the colour of layer leaf must be"),
         (PictureLayer(good, 1.0, alpha_image=good), "scene.layers.1.alpha_image = .*has channels R, G, B; give"),
         (PictureLayer(good, 1.0, alpha_image=exr(tmp_path / "s.exr", alphas(1)[:2, :, None], ("Y",))), "is 8x2 pixels"),
