@@ -148,7 +148,7 @@ def _show_tables(told: Explained) -> None:
         for part in budget_tables(told.noise_title, told.budgets, out):
             out.print(part)
     out.print(f"reuse: {escape(describe_reuse(planned))}")
-    for note in planned.optics.scene.notes:
+    for note in planned.notes:
         out.print(f"note: {escape(note)}")
     for warning in told.warnings:
         out.print(f"warning: {escape(warning)}")

@@ -43,7 +43,7 @@ def explain_plan(
     """
     times = times_ms or {}
     tables = (step_table(planned), pass_table(planned, times), error_table(planned), *more)
-    notes = tuple(planned.optics.scene.notes)
+    notes = tuple(planned.notes)
     return Explanation(
         name, tables, plan_totals(planned, times), describe_reuse(planned), notes, (*warnings, *planned.warnings())
     )

@@ -14,6 +14,7 @@ from simulator.exposure.line_times import LineTimes
 from simulator.exposure.mid_exposure import mid_exposure_s
 from simulator.exposure.object_motion import LayerMotion, LayerMoves
 from simulator.exposure.vector_maps import BlenderVectors, VectorField, VectorMap
+from simulator.scene.pixel_file import DataWindow
 from simulator.units import Seconds
 
 
@@ -79,13 +80,13 @@ class Motion:
         layer = self.layers.get(number)
         return None if layer is None else layer.moves(times_s, size, self.frame_time_s, f"motion.layers.{number}")
 
-    def vector_field(self, size: tuple[int, int]) -> VectorField | None:
+    def vector_field(self, size: tuple[int, int], window: DataWindow | None = None) -> VectorField | None:
         """Return the velocity of each pixel of the scene; None without vectors.
 
-        size: (height, width) of the scene [px]. Raises PhotositeError for a file that is missing or damaged, of another size
-        than the scene, or holds NaN or Inf.
+        size: (height, width) of the scene [px]. window: `Scene.window`. Raises PhotositeError for a file that is missing or
+        damaged, of another size or data window than the scene, or holds NaN or Inf.
         """
-        return None if self.vectors is None else self.vectors.load(size, self.frame_time_s)
+        return None if self.vectors is None else self.vectors.load(size, self.frame_time_s, window)
 
     def check_layers(self, nearest_m: Sequence[float]) -> None:
         """Raise PhotositeError for motion that the layers of a scene cannot have.

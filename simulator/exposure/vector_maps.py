@@ -8,7 +8,7 @@ import numpy as np
 
 from simulator.errors import require
 from simulator.exposure.object_motion import SpeedUnit
-from simulator.scene.pixel_file import PixelFile, check_finite, read_pixels
+from simulator.scene.pixel_file import DataWindow, PixelFile, check_finite, check_window, read_pixels
 
 KEY = "motion.vectors"
 
@@ -19,10 +19,12 @@ class VectorField:
 
     velocity: (height, width, 2) float32, to the right and down, [px/s] of the scene, or [m/s] across the optical axis.
     is_in_metres: whether it is in metres, so that the way on the picture needs the distance.
+    notes: of the file, for the log.
     """
 
     velocity: np.ndarray
     is_in_metres: bool
+    notes: tuple[str, ...] = ()
 
     def px_per_s(self, depth_m: float | np.ndarray, focal_px: float) -> np.ndarray:
         """Return the velocity in pixels of the scene, (height, width, 2) float32 [px/s].
@@ -62,9 +64,9 @@ class VectorMap:
         """Whether the numbers are ways in a frame time."""
         return self.unit.endswith("/frame")
 
-    def load(self, size: tuple[int, int], frame_time_s: float | None = None) -> VectorField:
-        """Read the field of a scene of this size (height, width); see `Motion.vector_field`."""
-        file = read_vectors(self.image, size)
+    def load(self, size: tuple[int, int], frame_time_s: float | None = None, window: DataWindow | None = None) -> VectorField:
+        """Read the field of a scene of this size (height, width) and data window; see `Motion.vector_field`."""
+        file = read_vectors(self.image, size, window)
         names = self.x, self.y
         if self.x is None or self.y is None:
             rule = f"has channels {', '.join(file.channels)}; name the two of them as x: and y:"
@@ -72,7 +74,7 @@ class VectorMap:
             names = file.channels[0], file.channels[1]
         planes = [file.channel(str(name), f"{KEY}.{axis}") for axis, name in zip("xy", names, strict=True)]
         up = -1.0 if self.y_axis == "up" else 1.0
-        return _field(np.stack(planes, axis=-1), (self.scale, up * self.scale), self, frame_time_s)
+        return _field(np.stack(planes, axis=-1), (self.scale, up * self.scale), self, frame_time_s, file.notes)
 
 
 @dataclass(frozen=True)
@@ -89,28 +91,33 @@ class BlenderVectors:
     is_per_frame: ClassVar[bool] = True
     unit: ClassVar[SpeedUnit] = "px/frame"
 
-    def load(self, size: tuple[int, int], frame_time_s: float | None = None) -> VectorField:
-        """Read the field of a scene of this size (height, width); see `Motion.vector_field`."""
-        file = read_vectors(self.image, size)
+    def load(self, size: tuple[int, int], frame_time_s: float | None = None, window: DataWindow | None = None) -> VectorField:
+        """Read the field of a scene of this size (height, width) and data window; see `Motion.vector_field`."""
+        file = read_vectors(self.image, size, window)
         x, y, z, w = (file.channel(f"{self.vector_pass}.{axis}", f"{KEY}.vector_pass") for axis in "XYZW")
         planes = np.stack([0.5 * (x.astype(np.float64) + z), 0.5 * (y.astype(np.float64) + w)], axis=-1)
-        return _field(planes, (-1.0, 1.0), self, frame_time_s)
+        return _field(planes, (-1.0, 1.0), self, frame_time_s, file.notes)
 
 
-def read_vectors(path: Path, size: tuple[int, int]) -> PixelFile:
-    """Read a picture of vectors. Raises PhotositeError for another size (height, width) than the scene's."""
+def read_vectors(path: Path, size: tuple[int, int], window: DataWindow | None) -> PixelFile:
+    """Read a picture of vectors. Raises PhotositeError for another size (height, width) or data window than the scene's."""
     file = read_pixels(path, f"{KEY}.image")
     rule = f"is {file.size[1]}x{file.size[0]} pixels, but the scene is {size[1]}x{size[0]}; export both at one size"
     require(file.size == size, f"{KEY}.image", path, rule)
+    check_window(path, f"{KEY}.image", file.window, window, "the scene")
     return file
 
 
 def _field(
-    planes: np.ndarray, scale: tuple[float, float], of: VectorMap | BlenderVectors, frame_time_s: float | None
+    planes: np.ndarray,
+    scale: tuple[float, float],
+    of: VectorMap | BlenderVectors,
+    frame_time_s: float | None,
+    notes: tuple[str, ...],
 ) -> VectorField:
     """Return numbers of a file times these factors as velocities. Raises PhotositeError for NaN and Inf."""
     check_finite(planes, f"{KEY}.image", of.image)
     per_second = 1.0 if not of.is_per_frame or frame_time_s is None else 1.0 / frame_time_s
     velocity = (planes * (per_second * np.array(scale))).astype(np.float32)
     velocity.setflags(write=False)
-    return VectorField(velocity, of.unit.startswith("m"))
+    return VectorField(velocity, of.unit.startswith("m"), notes)

@@ -113,7 +113,7 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], d
         "times": planned.exposed.describe_lines(planned.sensor.readout.output),
         **_later_times(shot, planned),
         "plan": [asdict(step) for step in planned.steps],
-        "notes": list(planned.optics.scene.notes),
+        "notes": planned.notes,
         "error_budget": planned.error_budget.describe(),
         "warnings": planned.warnings(),
         "device": asdict(device),

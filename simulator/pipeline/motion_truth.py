@@ -34,7 +34,7 @@ def flow_map(
     require(shot.lens.forms_image, "truth", "flow", "this lens forms no image that could move; leave flow out")
     geometry = plan_geometry(shot.lens, shot.camera, projection)
     middle_s = shot.exposure.start_s + mid_exposure_s(openings)
-    field = motion.vector_field((scene.planes.shape[0], scene.planes.shape[1]))
+    field = motion.vector_field((scene.planes.shape[0], scene.planes.shape[1]), scene.window)
     velocity = None if field is None else field.px_per_s(scene.depth_m, geometry.scale * geometry.image_distance_px)
     flow = SurfaceFlow(scene, motion, geometry, projection.warp, velocity)
     before, after = (flow.poses(openings[0].axis, times_s) for times_s in (middle_s, middle_s + (motion.flow_after_s or 0.0)))

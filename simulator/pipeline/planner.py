@@ -104,6 +104,13 @@ class Plan(Displayed):
         bands = [(one, self.exposed.bands(one, count)) for one in self.exposed.components]
         return [(one, replace(self, optics=self.optics.lit_by(own, one.is_flash), tiles=None)) for one, own in bands]
 
+    @property
+    def notes(self) -> list[str]:
+        """What was assumed while the scene's files and those of what moves in it were read, each once."""
+        motion = self.optics.motion
+        vectors = None if motion is None else motion.vectors
+        return list(dict.fromkeys((*self.optics.scene.notes, *(() if vectors is None else vectors.notes))))
+
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
         missed = self.exposed.missed_flash()

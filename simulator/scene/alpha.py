@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, largest_code, read_pixels
+from simulator.scene.pixel_file import PixelFile, check_finite, check_window, first_fault, largest_code, read_pixels
 
 Alpha = Annotated[
     Literal["auto", "associated", "straight"],
@@ -18,16 +18,19 @@ LEAST_COVERAGE = 1e-6  # of a pixel with light: blur looks for light where a lay
 
 def load_coverage(
     file: PixelFile, own: np.ndarray | None, alpha: Alpha, alpha_image: Path | None, key: str
-) -> tuple[np.ndarray | None, bool]:
-    """Coverage (height, width) float32 of 0 to 1, None when all is covered; and whether the colours are straight.
+) -> tuple[np.ndarray | None, bool, tuple[str, ...]]:
+    """Coverage (height, width) float32 of 0 to 1, None when all is covered; whether the colours are straight; and notes.
 
     own: alpha of the file's colours as stored, (height, width); None: they have none.
     Colours with an alpha picture of their own are straight unless `alpha` says otherwise.
     key: section of the layer, for messages. Raises PhotositeError for alpha outside 0 to 1, NaN, or of another size.
     """
     straight = alpha == "straight" or alpha == "auto" and (file.straight_alpha or alpha_image is not None)
+    notes: tuple[str, ...] = ()
     if alpha_image is not None:
-        key, path, stored = f"{key}.alpha_image", alpha_image, _alpha_picture(alpha_image, f"{key}.alpha_image")
+        key, path = f"{key}.alpha_image", alpha_image
+        other = read_pixels(path, key)
+        stored, notes = _alpha_of(other, key), other.notes
         if stored.shape != file.size:
             raise PhotositeError(
                 f"is {stored.shape[1]}x{stored.shape[0]} pixels, but its picture is "
@@ -35,6 +38,7 @@ def load_coverage(
                 key=key,
                 value=path,
             )
+        check_window(path, key, other.window, file.window, "its picture")
     elif own is not None:
         key, path, stored = f"{key}.image", file.path, own
     else:
@@ -44,9 +48,9 @@ def load_coverage(
             alpha,
             f"the colours of {file.path} have no alpha; leave it out, or give alpha_image",
         )
-        return None, straight
+        return None, straight, ()
     coverage = unit_range(stored, key, path)
-    return (None if coverage.min() == 1.0 else coverage), straight
+    return (None if coverage.min() == 1.0 else coverage), straight, notes
 
 
 def cover_light(planes: np.ndarray, coverage: np.ndarray | None) -> np.ndarray | None:
@@ -86,10 +90,9 @@ def unit_range(stored: np.ndarray, key: str, path: Path) -> np.ndarray:
     return np.clip(coverage, 0.0, 1.0, out=coverage)
 
 
-def _alpha_picture(path: Path, key: str) -> np.ndarray:
-    file = read_pixels(path, key)
+def _alpha_of(file: PixelFile, key: str) -> np.ndarray:
     if file.alpha is not None:
         return file.pixels[..., file.alpha]
     rule = f"has channels {', '.join(file.channels)}; give a picture of one channel, or one with alpha"
-    require(len(file.channels) == 1, key, path, rule)
+    require(len(file.channels) == 1, key, file.path, rule)
     return file.pixels[..., 0]

@@ -14,7 +14,7 @@ import numpy as np
 from simulator.errors import PhotositeError, require
 from simulator.scene.depth_holes import Holes, fill_holes, nearest_known
 from simulator.scene.length_units import METRES_PER_UNIT, LengthUnit
-from simulator.scene.pixel_file import PixelFile, read_pixels
+from simulator.scene.pixel_file import PixelFile, check_window, read_pixels
 from simulator.scene.renderer_depth import RendererDepth
 from simulator.units import Metres
 
@@ -97,12 +97,15 @@ def load_depth(
         return float(depth_m), ()
     if coverage is not None and not coverage.any():
         return math.inf, ()
+    file_notes: tuple[str, ...] = ()
     if isinstance(depth_m, DepthChannel):
         path, depth = scene_file.path, scene_file.channel(depth_m.channel, f"{key}.depth.channel")
     elif isinstance(depth_m, RendererDepth):
         path, depth = scene_file.path, depth_m.read(scene_file, layer, f"{key}.depth.renderer")
     else:
-        path, depth = depth_m.image, _depth_picture(depth_m, key)
+        file = read_pixels(depth_m.image, f"{key}.depth.image")
+        path, depth, file_notes = depth_m.image, _depth_of(file, depth_m, key), file.notes
+        check_window(path, f"{key}.depth.image", file.window, scene_file.window, "the scene")
     if depth.shape != scene_file.size:
         raise PhotositeError(
             f"is {depth.shape[1]}x{depth.shape[0]} pixels, but the scene is "
@@ -127,7 +130,7 @@ def load_depth(
         depth *= axis_per_ray(depth.shape, field_of_view_deg)
     if isinstance(depth_m, RendererDepth):
         depth += np.float32(depth_m.axis_offset_m)
-    return depth, (*notes, *unit_notes(depth, depth_m.unit, path))
+    return depth, (*file_notes, *notes, *unit_notes(depth, depth_m.unit, path))
 
 
 def unit_notes(depth: np.ndarray, unit: str, path: Path) -> tuple[str, ...]:
@@ -148,8 +151,7 @@ def axis_per_ray(shape: tuple[int, int], field_of_view_deg: float) -> np.ndarray
     return (1.0 / np.sqrt(1.0 + x**2 + y[:, None] ** 2)).astype(np.float32)
 
 
-def _depth_picture(source: DepthImage, key: str) -> np.ndarray:
-    file = read_pixels(source.image, f"{key}.depth.image")
+def _depth_of(file: PixelFile, source: DepthImage, key: str) -> np.ndarray:
     names = [name for index, name in enumerate(file.channels) if index != file.alpha]
     if source.channel is not None:
         return file.channel(source.channel, f"{key}.depth.channel")

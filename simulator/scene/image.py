@@ -21,7 +21,7 @@ from simulator.scene.picture_light import (
     clip_negative,
     light_scene,
 )
-from simulator.scene.pixel_file import PixelFile, check_finite, memory_for, read_pixels
+from simulator.scene.pixel_file import PixelFile, check_angle, check_finite, memory_for, read_pixels
 from simulator.scene.renderer_depth import RendererDepth
 from simulator.scene.scene import Layer, Outside, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
@@ -63,20 +63,21 @@ class ImageScene:
         """Read the files; three planes for RGB, one for grey.
 
         Raises PhotositeError for a file that is missing, damaged, of a wrong number of channels, or holds NaN,
-        Inf or negative values, or does not fit into memory; for depth of another size, NaN, 0 or less; for a black
-        picture with a mean anchor.
+        Inf or negative values, or does not fit into memory; for depth of another size or data window, NaN, 0 or less; for a
+        black picture with a mean anchor; for a field of view of a part of a display window.
         """
         with memory_for(self.image, "scene.image"):
             return self._load()
 
     def _load(self) -> Scene:
         file = read_pixels(self.image, "scene.image")
+        check_angle(file, self.field_of_view_deg)
         depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
         scene = self.scene_of(color_channels(file, self.layer, depth_channel), file)
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg, layer=self.layer)
         has_alpha = color_alpha(file, self.layer, depth_channel) is not None
         notes = *file.notes, *_alpha_notes(file, has_alpha), *scene.notes, *depth_notes, *_depth_notes(self.depth_m, file)
-        return replace(scene, depth_m=depth_m, notes=notes)
+        return replace(scene, depth_m=depth_m, notes=notes, window=file.window)
 
     def scene_of(self, stored: np.ndarray, file: PixelFile, key: str = "scene.image") -> Scene:
         """Scene of colours as they are stored, (height, width, 3 or 1), without its depth; errors name `key` and the file.

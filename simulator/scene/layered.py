@@ -1,5 +1,6 @@
 """Scenes of several pictures one behind the other, each with coverage (alpha) and depth: the occluded background is known."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -22,7 +23,7 @@ from simulator.scene.picture_light import (
     clip_negative,
     light_scene,
 )
-from simulator.scene.pixel_file import check_finite, memory_for, read_pixels
+from simulator.scene.pixel_file import DataWindow, check_angle, check_finite, check_window, memory_for, read_pixels
 from simulator.scene.scene import Layer, Outside, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
 
@@ -43,16 +44,20 @@ class PictureLayer:
     def __post_init__(self) -> None:
         check_depth(self.depth_m, field_of_view_deg=90.0)  # whether one is given, the scene knows
 
-    def load(self, key: str, scene: "LayeredScene") -> tuple[Layer, tuple[str, ...]]:
-        """Read one layer, whose planes are colour times coverage, and notes. Raises PhotositeError that names `key`."""
+    def load(self, key: str, scene: "LayeredScene") -> tuple[Layer, tuple[str, ...], DataWindow | None]:
+        """Read one layer, whose planes are colour times coverage, notes, and where it lies in its display window.
+
+        Raises PhotositeError that names `key`.
+        """
         file = read_pixels(self.image, f"{key}.image")
+        check_angle(file, scene.field_of_view_deg)
         depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
         stored = color_channels(file, self.layer, depth_channel, f"{key}.image")
         planes, notes = to_linear(stored, scene.encoding, file, f"{key}.image")
         check_finite(planes, f"{key}.image", self.image)
         clip_notes = clip_negative(planes, scene.negative, f"{key}.image", self.image)
         own = color_alpha(file, self.layer, depth_channel)
-        coverage, straight = load_coverage(file, own, self.alpha, self.alpha_image, key)
+        coverage, straight, alpha_notes = load_coverage(file, own, self.alpha, self.alpha_image, key)
         if coverage is not None and straight:
             planes *= coverage[..., None]
         elif coverage is not None and (scene.encoding == "srgb" or scene.encoding == "auto" and stored.dtype.kind in "ui"):
@@ -64,7 +69,8 @@ class PictureLayer:
             )
         coverage = cover_light(planes, coverage)
         depth_m, depth_notes = load_depth(self.depth_m, file, scene.field_of_view_deg, key, coverage, self.layer)
-        return Layer(planes, depth_m, coverage), (*file.notes, *notes, *clip_notes, *depth_notes)
+        told = *file.notes, *notes, *clip_notes, *alpha_notes, *depth_notes
+        return Layer(planes, depth_m, coverage), told, file.window
 
 
 @dataclass(frozen=True)
@@ -99,28 +105,37 @@ class LayeredScene:
     def load(self) -> Scene:
         """Read all layers.
 
-        Raises PhotositeError as `ImageScene.load` does, and for layers of different size, alpha outside 0 to 1, and
-        a layer that stands wholly before an earlier one.
+        Raises PhotositeError as `ImageScene.load` does, and for layers of different size or data window, alpha outside 0 to
+        1, and a layer that stands wholly before an earlier one.
         """
         with memory_for(self.layers[0].image, "scene.layers.0.image"):
             read = [layer.load(f"scene.layers.{index}", self) for index, layer in enumerate(self.layers)]
-            return self._scene([layer for layer, _ in read], tuple(note for _, notes in read for note in notes))
+            layers, notes, windows = zip(*read, strict=True)
+            self._check_sizes(layers)
+            scene = self._scene(layers, tuple(note for told in notes for note in told))
+            return replace(scene, window=self._common_window(windows))
 
-    def _scene(self, layers: list[Layer], notes: tuple[str, ...]) -> Scene:
-        self._check_sizes(layers)
+    def _scene(self, layers: Sequence[Layer], notes: tuple[str, ...]) -> Scene:
         self._check_order(layers)
         bands = max(layer.planes.shape[2] for layer in layers)
         same = [_with_bands(layer, bands) for layer in layers]
         scene = light_scene(self, same, self.layers[0].image, (*notes, *self._occlusion_notes(layers)))
         return replace(scene, outside=self.outside)
 
-    def _check_sizes(self, layers: list[Layer]) -> None:
+    def _check_sizes(self, layers: Sequence[Layer]) -> None:
         (height, width), *others = (layer.planes.shape[:2] for layer in layers)
         for index, other in enumerate(others, 1):
             rule = f"is {other[1]}x{other[0]} pixels, but the first layer is {width}x{height}; export all at one size"
             require(other == (height, width), f"scene.layers.{index}.image", self.layers[index].image, rule)
 
-    def _check_order(self, layers: list[Layer]) -> None:
+    def _common_window(self, windows: Sequence[DataWindow | None]) -> DataWindow | None:
+        """Return where the layers lie in their display window. Raises PhotositeError for layers that lie apart."""
+        first = next((index for index, window in enumerate(windows) if window is not None), 0)
+        for index, window in enumerate(windows):
+            check_window(self.layers[index].image, f"scene.layers.{index}.image", window, windows[first], f"layer {first}")
+        return windows[first]
+
+    def _check_order(self, layers: Sequence[Layer]) -> None:
         ranges = [_depth_range_m(layer) for layer in layers]
         for (earlier, (nearest, _)), (later, (_, farthest)) in combinations(enumerate(ranges), 2):
             if farthest < nearest:
@@ -130,7 +145,7 @@ class LayeredScene:
                     value=f"up to {farthest:g} m",
                 )
 
-    def _occlusion_notes(self, layers: list[Layer]) -> tuple[str, ...]:
+    def _occlusion_notes(self, layers: Sequence[Layer]) -> tuple[str, ...]:
         full = [index for index, layer in enumerate(layers[:-1]) if layer.coverage is None]
         reason = "covers all of the picture, so that nothing behind it is seen; give it alpha or alpha_image"
         return tuple(f"scene.layers.{index} ({self.layers[index].image.name}) {reason}" for index in full)

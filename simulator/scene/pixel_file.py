@@ -20,6 +20,22 @@ DAMAGED = "the file is damaged, cut short or no picture: export it again"
 
 
 @dataclass(frozen=True)
+class DataWindow:
+    """Where the pixels of an EXR lie in its display window, which is the whole picture.
+
+    x, y: of the first pixel, from the display window's upper left corner [px]. full_width, full_height: of that window [px].
+    """
+
+    x: int
+    y: int
+    full_width: int
+    full_height: int
+
+    def __str__(self) -> str:
+        return f"x = {self.x}, y = {self.y} of a display window of {self.full_width}x{self.full_height}"
+
+
+@dataclass(frozen=True)
 class PixelFile:
     """One picture file.
 
@@ -33,6 +49,7 @@ class PixelFile:
     is_exr: an EXR may carry any number of named channels; other kinds may not.
     chromaticities: red, green, blue and white x, y of an EXR that states them.
     notes: what the reader should know.
+    window: where the pixels of an EXR lie; None: of other files, which do not tell.
     """
 
     path: Path
@@ -45,6 +62,7 @@ class PixelFile:
     straight_alpha: bool = False
     orientation: int = 1
     color_model: str = ""
+    window: DataWindow | None = None
 
     @property
     def size(self) -> tuple[int, int]:
@@ -124,6 +142,7 @@ def _read_picture(path: Path, key: str) -> PixelFile:
             spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1,
             spec.get_int_attribute("Orientation", 1),
             spec.get_string_attribute("jpeg:ColorSpace") or spec.get_string_attribute("tiff:ColorSpace"),
+            _window(spec) if source.format_name() == "openexr" else None,
         )
 
 
@@ -184,6 +203,10 @@ def _notes(name: str, spec: "oiio.ImageSpec", unread: int) -> tuple[str, ...]:
     return tuple(notes)
 
 
+def _window(spec: "oiio.ImageSpec") -> DataWindow:
+    return DataWindow(spec.x - spec.full_x, spec.y - spec.full_y, spec.full_width, spec.full_height)
+
+
 @contextmanager
 def opened_picture(path: Path, key: str, wishes: "oiio.ImageSpec | None" = None) -> Iterator["oiio.ImageInput"]:
     """Open a picture with OpenImageIO for the block. wishes: how to read. Raises PhotositeError for a file that is none."""
@@ -208,6 +231,33 @@ def check_square_pixels(spec: "oiio.ImageSpec", key: str, path: Path) -> None:
 def unreadable(key: str, path: Path, reason: str) -> PhotositeError:
     """Error for a file that OpenImageIO cannot read; `reason` is what it said."""
     return file_error(f"cannot be read ({first_line(reason) or 'no reason given'}); {DAMAGED}", path, key)
+
+
+def check_window(path: Path, key: str, window: DataWindow | None, other: DataWindow | None, whose: str) -> None:
+    """Raise PhotositeError, which names key and path, where two pictures of one size are different parts of a picture.
+
+    window, other: of both; None: not known. whose: the other picture, such as "the scene".
+    """
+    if window is None or other is None or window == other:
+        return
+    rule = f"its pixels begin at {window}, but those of {whose} at {other}; write both with the display window's size"
+    raise PhotositeError(rule, key=key, value=path)
+
+
+def check_angle(file: PixelFile, field_of_view_deg: float | None) -> None:
+    """Raise PhotositeError for an angle [deg] of a picture whose file holds another part of it than its display window.
+
+    Angles count from the picture's middle, and over its width.
+    """
+    height, width = file.size
+    window = file.window
+    if field_of_view_deg is None or window is None or window == DataWindow(0, 0, width, height):
+        return
+    fix = "write it with the display window's size"
+    if (2 * window.x + width, 2 * window.y + height) == (window.full_width, window.full_height):
+        fix += ", or make the data window its display window (oiiotool --fullpixels) and give the angle of that"
+    rule = f"angles count from the middle of a picture, but {file.path} holds {width}x{height} pixels from {window} on; {fix}"
+    raise PhotositeError(rule, key="scene.field_of_view", value=f"{field_of_view_deg:g} deg")
 
 
 def largest_code(stored: np.ndarray, key: str, path: Path) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 
 from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.memo import Memo
+from simulator.scene.pixel_file import DataWindow
 
 T = TypeVar("T")
 Outside = Literal["refuse", "black", "extend", "repeat"]
@@ -60,6 +61,7 @@ class Scene:
     hidden: whether the background is continued behind the edges of near objects, see `extend_background`.
     outside: what the camera sees past the edge of the grid: an error (refuse), no light (black), the edge (extend), or the grid
         again (repeat).
+    window: where the grid lies in the display window of the EXR that it was read from; None: not known.
     """
 
     planes: np.ndarray
@@ -76,6 +78,7 @@ class Scene:
     deep: DeepPixels | None = None
     white: float | None = None
     outside: Outside = "refuse"
+    window: DataWindow | None = None
     _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
 
     def load(self) -> "Scene":

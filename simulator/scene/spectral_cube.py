@@ -14,7 +14,7 @@ from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.cube_file import files_beside_cube, read_cube
 from simulator.scene.depth import Depth, check_depth, load_depth
 from simulator.scene.occluded_background import Hidden
-from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for
+from simulator.scene.pixel_file import PixelFile, check_angle, check_finite, first_fault, memory_for
 from simulator.scene.scene import Outside, Scene
 from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths, resample
 from simulator.units import CandelasPerSquareMetre, Degrees
@@ -71,9 +71,10 @@ class SpectralCubeScene:
 
     def _load(self) -> Scene:
         file = read_cube(self.spectral_cube, "scene.spectral_cube")
+        check_angle(file, self.field_of_view_deg)
         scene = self.scene_of(file.pixels, self._bands(file))
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
-        return replace(scene, depth_m=depth_m, notes=(*file.notes, *scene.notes, *depth_notes))
+        return replace(scene, depth_m=depth_m, notes=(*file.notes, *scene.notes, *depth_notes), window=file.window)
 
     def scene_of(self, pixels: np.ndarray, bands: list[tuple[float, int]], key: str = "scene.spectral_cube") -> Scene:
         """Scene of a cube (height, width, channels), without its depth; errors name `key`.

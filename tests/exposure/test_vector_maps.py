@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from helpers.picture_files import put
+from helpers.picture_files import put, write
 
 from simulator.errors import PhotositeError
 from simulator.exposure.vector_maps import BlenderVectors, VectorMap
+from simulator.scene.pixel_file import DataWindow
 
 SIZE = 4, 6
 RANDOM = np.random.default_rng(3).normal(size=(*SIZE, 4)).astype(np.float32)
@@ -48,6 +49,16 @@ def test_vectors_of_another_size_are_refused(tmp_path):
     file = put(tmp_path / "flow.npy", RANDOM[..., :2])
     with pytest.raises(PhotositeError, match="motion.vectors.image = .*flow.npy: is 6x4 pixels, but the scene is 9x8; export"):
         VectorMap(file, "px/s").load((8, 9))
+
+
+def test_vectors_of_another_data_window_are_refused_and_their_notes_are_passed_on(tmp_path):
+    file = write(tmp_path / "flow.exr", RANDOM[..., :2], ("u", "v"), (20, 10, 64, 48))
+    scene = DataWindow(0, 0, 64, 48)
+    told = "its pixels begin at x = 20, y = 10 of .* 64x48, but those of the scene at x = 0, y = 0"
+    with pytest.raises(PhotositeError, match=f"motion.vectors.image = .*flow.exr: {told}"):
+        VectorMap(file, "px/s").load(SIZE, window=scene)
+    found = VectorMap(file, "px/s").load(SIZE, window=DataWindow(20, 10, 64, 48))
+    assert found.notes == ("flow.exr: the data window (6x4) is read, not the display window",)
 
 
 @pytest.mark.parametrize(("value", "name"), [(np.nan, "NaN"), (np.inf, "Inf")])

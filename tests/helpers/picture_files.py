@@ -27,13 +27,24 @@ def random_codes(
     return np.random.default_rng(seed).integers(0, np.iinfo(dtype).max, (height, width, channels), dtype, endpoint=True)
 
 
-def write(path: Path, pixels: np.ndarray, names: Sequence[str] | None = None, **attributes: Any) -> Path:
-    """Write (height, width, channels) with OpenImageIO alone, in its own type, which may be float16; attributes of any type."""
+def write(
+    path: Path,
+    pixels: np.ndarray,
+    names: Sequence[str] | None = None,
+    window: tuple[int, int, int, int] | None = None,
+    **attributes: Any,
+) -> Path:
+    """Write (height, width, channels) with OpenImageIO alone, in its own type, which may be float16; attributes of any type.
+
+    window: x and y of the first pixel in the display window, and width and height of that; None: the pixels fill it.
+    """
     pixels = np.asarray(pixels)
     kinds = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float16": oiio.HALF, "float32": oiio.FLOAT}
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kinds[str(pixels.dtype)])
     if names:
         spec.channelnames = names
+    if window is not None:
+        spec.x, spec.y, spec.full_width, spec.full_height = window
     for name, value in attributes.items():
         spec.attribute(name, *value) if isinstance(value, tuple) else spec.attribute(name, value)
     output = oiio.ImageOutput.create(str(path))

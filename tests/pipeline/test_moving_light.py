@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.picture_files import write
 
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.flash import Flash
@@ -94,6 +95,16 @@ def test_a_cache_tells_motions_and_times_apart(motion):
     assert np.array_equal(electrons(Exposure(0.01), PAN, cache), first) and cache.reused > 0
     for exposure in (Exposure(0.01), Exposure(0.01, start_s=0.01), Exposure(0.02)):
         assert np.array_equal(electrons(exposure, motion, cache), electrons(exposure, motion))
+
+
+def test_notes_of_the_files_of_scene_and_vectors_are_told_once(tmp_path):
+    vectors = np.broadcast_to(np.float32([40.0, 0.0]), (HEIGHT, WIDTH, 2))
+    motion = Motion(vectors=VectorMap(write(tmp_path / "v.exr", vectors, ("u", "v"), (8, 6, 128, 96)), "px/s"))
+    note = f"v.exr: the data window ({WIDTH}x{HEIGHT}) is read, not the display window"
+    camera = small_camera(WIDTH, HEIGHT, pixel_pitch_um=PITCH_UM)
+    for notes in (SCENE.notes, (*SCENE.notes, note)):  # of one file, which holds the picture as well
+        shot = Shot(replace(SCENE, notes=notes), LENS, Exposure(0.1), camera, motion=motion)
+        assert plan(shot).notes == [*SCENE.notes, note]
 
 
 def test_a_cache_tells_vectors_in_a_changed_file_apart(tmp_path):

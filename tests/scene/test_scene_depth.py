@@ -1,14 +1,18 @@
 """Depth maps: distances along the ray become distances along the axis, holes are refused or filled as asked."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import OpenEXR
 import pytest
+from helpers.picture_files import write
 
 from simulator.errors import PhotositeError
 from simulator.scene.depth import DepthChannel, DepthImage
 from simulator.scene.image import ImageScene
+from simulator.scene.layered import LayeredScene, PictureLayer
+from simulator.scene.spectral_cube import SpectralCubeScene
 
 
 def saved(tmp_path, depth):
@@ -47,6 +51,39 @@ def test_a_sphere_around_the_camera_is_farther_along_the_axis_in_the_middle(tmp_
 def test_rays_without_a_field_of_view_are_refused_before_any_file_is_read(source):
     with pytest.raises(PhotositeError, match="scene.depth.along = ray: needs the angles.*scene.field_of_view"):
         ImageScene("nothing.exr", 100.0, depth_m=source)
+
+
+def test_depth_of_another_data_window_is_refused_and_the_notes_of_its_file_are_passed_on(tmp_path):
+    picture = write(tmp_path / "p.exr", np.ones((6, 8, 3), np.float32), window=(0, 0, 32, 24))
+    for name, window in (("beside", (20, 15, 32, 24)), ("same", (0, 0, 32, 24))):
+        write(tmp_path / f"{name}.exr", np.full((6, 8, 1), 2.0, np.float32), ["Z"], window)
+    told = "its pixels begin at x = 20, y = 15 of .* 32x24, but those of the scene at x = 0, y = 0"
+    with pytest.raises(PhotositeError, match=f"scene.depth.image = .*beside.exr: {told}"):
+        ImageScene(picture, 100.0, depth_m=DepthImage(tmp_path / "beside.exr")).load()
+    scene = ImageScene(picture, 100.0, depth_m=DepthImage(tmp_path / "same.exr")).load()
+    assert "same.exr: the data window (8x6) is read, not the display window" in scene.notes
+
+
+@pytest.mark.parametrize(
+    ("window", "fix"),
+    [
+        ((0, 0, 32, 24), "display window's size$"),
+        ((12, 9, 32, 24), "or make the data window its display window .* and give the angle of that$"),
+        ((-2, -1, 4, 4), "or make the data window its display window .* and give the angle of that$"),
+    ],
+)
+def test_angles_of_a_picture_that_is_not_its_display_window_are_refused(tmp_path, window, fix):
+    """They are those of the whole picture, and count from its middle."""
+    file = write(tmp_path / "p.exr", np.ones((6, 8, 3), np.float32), ["450nm", "550nm", "650nm"], window)
+    grey = write(tmp_path / "g.exr", np.ones((6, 8, 1), np.float32), ["Y"], window)
+    for scene in (
+        ImageScene(grey, 100.0, field_of_view_deg=40.0),
+        LayeredScene((PictureLayer(grey, 2.0),), 100.0, field_of_view_deg=40.0),
+        SpectralCubeScene(file, field_of_view_deg=40.0),
+    ):
+        with pytest.raises(PhotositeError, match=f"scene.field_of_view = 40 deg: .* 8x6 pixels from x = {window[0]}, .*{fix}"):
+            scene.load()
+        assert replace(scene, field_of_view_deg=None).load().field_of_view_deg is None
 
 
 HOLES = np.array([[1.0, 2.0, np.nan, 4.0], [0.0, 6.0, 7.0, -1.0], [np.inf, 10.0, 11.0, 12.0]])

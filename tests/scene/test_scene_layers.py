@@ -22,6 +22,7 @@ from simulator.scene.compositing import flatten_layers
 from simulator.scene.depth import DepthChannel, DepthImage
 from simulator.scene.image import ImageScene
 from simulator.scene.layered import LayeredScene, PictureLayer
+from simulator.scene.pixel_file import DataWindow
 
 MITSUBA = Path(__file__).parents[3] / "shared" / "data" / "mitsuba"
 SIZE = 6, 8
@@ -225,6 +226,34 @@ def test_alpha_outside_0_to_1_is_refused_with_file_place_and_value(tmp_path, val
     mask = exr(tmp_path / "m.exr", alpha[..., None], ("Y",))
     with pytest.raises(PhotositeError, match=f"scene.layers.0.alpha_image = .*m.exr: {says} pixels, the first at x = 2, y = 4"):
         scene_of(PictureLayer(exr(tmp_path / "a.exr", colours(1)), 1.0, alpha_image=mask)).load()
+
+
+WINDOW = (20, 15, 32, 24)
+
+
+def test_layers_and_alpha_of_other_data_windows_are_refused(tmp_path):
+    """Pixels of other parts of a picture do not lie behind one another; files that know no window are taken as they are."""
+    a = alphas(1)
+    near = write(tmp_path / "near.exr", colours(1, a), tuple("RGBA"), WINDOW)
+    beside = write(tmp_path / "beside.exr", colours(2), tuple("RGB"), WINDOW)
+    wall = write(tmp_path / "wall.exr", colours(3), tuple("RGB"), (0, 0, 32, 24))
+    mask = write(tmp_path / "mask.exr", a[..., None], ("Y",))
+    told = "its pixels begin at x = 0, y = 0 of a display window of {}, but those of {} at x = 20, y = 15 of .*32x24; write"
+    with pytest.raises(PhotositeError, match=f"scene.layers.1.image = .*wall.exr: {told.format('32x24', 'layer 0')}"):
+        scene_of(PictureLayer(near, 1.0), PictureLayer(wall, 2.0)).load()
+    with pytest.raises(PhotositeError, match=f"scene.layers.0.alpha_image = .*mask.exr: {told.format('8x6', 'its picture')}"):
+        scene_of(PictureLayer(near, 1.0, alpha_image=mask)).load()
+    np.save(tmp_path / "wall.npy", colours(3))
+    for other in (beside, tmp_path / "wall.npy"):
+        scene = scene_of(PictureLayer(near, 1.0), PictureLayer(other, 2.0)).load()
+        assert scene.window == DataWindow(*WINDOW)
+
+
+def test_notes_of_an_alpha_picture_are_passed_on(tmp_path):
+    mask = write(tmp_path / "mask.exr", alphas(1)[..., None], ("Y",), WINDOW)
+    picture = write(tmp_path / "p.exr", colours(1), tuple("RGB"), WINDOW)
+    notes = scene_of(PictureLayer(picture, 1.0, alpha_image=mask)).load().notes
+    assert "mask.exr: the data window (8x6) is read, not the display window" in notes
 
 
 def test_mistakes_name_the_layer(tmp_path):

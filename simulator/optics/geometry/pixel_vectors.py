@@ -30,10 +30,12 @@ class PixelVectors:
 
     velocity: (height, width, 2) float32, to the right and down [scene px/s].
     depth_m: (height, width) float32, by which nearer surfaces cover; None: by speed, the faster covers the slower.
+    notes: of their file, for the log.
     """
 
     velocity: np.ndarray
     depth_m: np.ndarray | None
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def polygon(self) -> np.ndarray:
@@ -86,14 +88,14 @@ def pixel_vectors(scene: Scene, motion: Motion, focal_px: float) -> PixelVectors
     Raises PhotositeError for a file that cannot be read or does not fit, and for metres in a scene without distances.
     """
     size = scene.planes.shape[0], scene.planes.shape[1]
-    field = motion.vector_field(size)
+    field = motion.vector_field(size, scene.window)
     if field is None or motion.vectors is None:
         return None
     if field.is_in_metres and not np.isfinite(scene.depth_m).any():
         rule = "is in metres, but the scene has no distance; give scene.depth, or vectors in px/s or px/frame"
         raise PhotositeError(rule, key="motion.vectors.unit", value=motion.vectors.unit)
     depth_m = np.asarray(scene.depth_m, np.float32) if is_depth_map(scene.depth_m) else None
-    return PixelVectors(field.px_per_s(scene.depth_m, focal_px), depth_m)
+    return PixelVectors(field.px_per_s(scene.depth_m, focal_px), depth_m, field.notes)
 
 
 def _extremes(velocity: np.ndarray) -> np.ndarray:
