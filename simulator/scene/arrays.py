@@ -96,9 +96,7 @@ def scene_from_spectra(
         depth_m=distance if isinstance(distance, float) else math.inf,
     )
     with memory_for(ARRAY, "cube"):
-        return _with_depth(
-            source.scene_of(file.pixels, list(zip(own_nm.tolist(), range(count), strict=True)), "cube"), distance
-        )
+        return _with_depth(source.scene_of(file, list(zip(own_nm.tolist(), range(count), strict=True)), "cube"), distance)
 
 
 def _pixels(array: npt.ArrayLike, key: str) -> PixelFile:

@@ -7,7 +7,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError, reading, require
 from simulator.progress import counted_as
-from simulator.scene.pixel_file import PixelFile, first_fault
+from simulator.scene.pixel_file import PixelFile
 
 DATA_TYPES = {1: "u1", 2: "i2", 3: "i4", 4: "f4", 5: "f8", 12: "u2", 13: "u4", 14: "i8", 15: "u8"}
 DATA_SUFFIXES = ("", ".img", ".dat", ".raw", ".bsq", ".bil", ".bip", ".cube", ".bin")
@@ -43,9 +43,9 @@ def read_envi(header: Path, path: Path, key: str) -> PixelFile:
     """Read a cube as (height, width, bands), bands named by wavelength where the header tells it.
 
     header: the text. path: what the user named, the header or the data. Numbers are divided by `reflectance scale factor`, or
-    get `data gain values` and `data offset values`; bands that `bbl` marks as bad have no wavelength.
-    Raises PhotositeError for a header that lacks what is needed, data that are missing, compressed, complex or cut short, and
-    pixels that hold `data ignore value`.
+    get `data gain values` and `data offset values`, and are NaN where they hold `data ignore value`; bands that `bbl` marks
+    are bad. Raises PhotositeError for a header that lacks what is needed, and data that are missing, compressed, complex or cut
+    short.
     """
     with reading(header, FIX, key=key):
         fields = parse_header(header.read_text(encoding="utf-8-sig", errors="replace"))
@@ -54,7 +54,14 @@ def read_envi(header: Path, path: Path, key: str) -> PixelFile:
     require(min(shape) > 0, key, header, f"is a cube of {height} x {width} x {bands}; {FIX}")
     stored = _read_data(_find_data(header, path, key), fields, shape, header, key)
     names, notes = _band_names(fields, bands, header, key)
-    return PixelFile(path, _scaled(stored, fields, header, key), names, notes=notes)
+    bad = _bad_bands(fields, bands, header, key)
+    notes = (*notes, f"{header.name}: {len(bad)} bad bands (bbl) are left out") if bad else notes
+    ignored = _numbers(fields, "data ignore value", header, key)[:1]
+    pixels = _scaled(stored, fields, header, key)
+    for value in ignored:
+        pixels[stored == value] = np.nan
+    no_data = "".join(f"data ignore value {value:g}" for value in ignored)
+    return PixelFile(path, pixels, names, notes=notes, bad=bad, no_data=no_data)
 
 
 def parse_header(text: str) -> dict[str, str]:
@@ -119,11 +126,7 @@ def _read_data(data: Path, fields: dict[str, str], shape: tuple[int, ...], heade
 
 
 def _scaled(stored: np.ndarray, fields: dict[str, str], header: Path, key: str) -> np.ndarray:
-    """Return float32 numbers. Raises PhotositeError for pixels without data."""
-    ignored = _numbers(fields, "data ignore value", header, key)
-    if ignored and (fault := stored == ignored[0]).any():
-        rule = f"has no data (data ignore value {ignored[0]:g}) in {first_fault(fault)}; crop these pixels away or fill them"
-        raise PhotositeError(rule, key=key, value=header)
+    """Return a copy as float32, in the unit that the header states."""
     pixels = stored.astype(np.float32)
     factor = _numbers(fields, "reflectance scale factor", header, key)
     if factor and factor[0] > 0:
@@ -136,7 +139,7 @@ def _scaled(stored: np.ndarray, fields: dict[str, str], header: Path, key: str) 
 
 
 def _band_names(fields: dict[str, str], bands: int, header: Path, key: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return names of the channels, by wavelength where it is known and the band is good, and notes."""
+    """Return names of the channels, by wavelength where it is known, and notes."""
     names, notes = [f"band {index}" for index in range(bands)], []
     wavelengths = _numbers(fields, "wavelength", header, key)
     if wavelengths:
@@ -148,10 +151,14 @@ def _band_names(fields: dict[str, str], bands: int, header: Path, key: str) -> t
             notes.append(f"{header.name}: wavelengths without a unit are taken as {unit}")
         rule = f"has wavelengths in {unit}; give them in nanometers or micrometers"
         require(unit in NM_PER_UNIT, key, header, rule)
-        good = _numbers(fields, "bbl", header, key) or [1.0] * bands
-        require(len(good) == bands, key, header, f"has a list of {len(good)} bad bands (bbl) for {bands} bands")
-        nm = [wavelength * NM_PER_UNIT[unit] for wavelength in wavelengths]
-        names = [f"{nm[index]:.9g}nm" if good[index] else name for index, name in enumerate(names)]
-        bad = bands - sum(map(bool, good))
-        notes += [f"{header.name}: {bad} bad bands (bbl) are left out"] if bad else []
+        names = [f"{wavelength * NM_PER_UNIT[unit]:.9g}nm" for wavelength in wavelengths]
     return tuple(names), tuple(notes)
+
+
+def _bad_bands(fields: dict[str, str], bands: int, header: Path, key: str) -> frozenset[int]:
+    """Return the indices of the bands that the list `bbl` marks with 0. Raises PhotositeError unless all are marked or none."""
+    good = _numbers(fields, "bbl", header, key)
+    require(len(good) in (0, bands), key, header, f"has a list of {len(good)} bad bands (bbl) for {bands} bands")
+    bad = frozenset(index for index, is_good in enumerate(good) if not is_good)
+    require(len(bad) < bands, key, header, f"marks all of its {bands} bands as bad (bbl); mark those that can be used with 1")
+    return bad

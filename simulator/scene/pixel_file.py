@@ -50,6 +50,8 @@ class PixelFile:
     chromaticities: red, green, blue and white x, y of an EXR that states them.
     notes: what the reader should know.
     window: where the pixels of an EXR lie; None: of other files, which do not tell.
+    bad: indices of the channels that the file marks as bad.
+    no_data: what the file writes where it has no data, for messages; such pixels are NaN. "": it states nothing.
     """
 
     path: Path
@@ -63,6 +65,8 @@ class PixelFile:
     orientation: int = 1
     color_model: str = ""
     window: DataWindow | None = None
+    bad: frozenset[int] = frozenset()
+    no_data: str = ""
 
     @property
     def size(self) -> tuple[int, int]:

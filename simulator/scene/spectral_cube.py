@@ -72,12 +72,12 @@ class SpectralCubeScene:
     def _load(self) -> Scene:
         file = read_cube(self.spectral_cube, "scene.spectral_cube")
         check_angle(file, self.field_of_view_deg)
-        scene = self.scene_of(file.pixels, self._bands(file))
+        scene = self.scene_of(file, self._bands(file))
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
         return replace(scene, depth_m=depth_m, notes=(*file.notes, *scene.notes, *depth_notes), window=file.window)
 
-    def scene_of(self, pixels: np.ndarray, bands: list[tuple[float, int]], key: str = "scene.spectral_cube") -> Scene:
-        """Scene of a cube (height, width, channels), without its depth; errors name `key`.
+    def scene_of(self, file: PixelFile, bands: list[tuple[float, int]], key: str = "scene.spectral_cube") -> Scene:
+        """Scene of a cube, without its depth; errors name `key`.
 
         bands: (wavelength [nm], channel) of each channel to use. Raises PhotositeError as `load` does.
         """
@@ -85,7 +85,10 @@ class SpectralCubeScene:
         distinct = len(own_nm) > 1 and np.diff(own_nm).min() > 0
         require(distinct, "scene.wavelengths", f"{own_nm} nm", "give two or more wavelengths, each once")
         keep, grid_nm, basis, notes = common_grid(own_nm.astype(np.float64), self.spectral_cube.name)
-        planes = np.ascontiguousarray(pixels[..., channels[keep]], dtype=np.float32)
+        planes = np.ascontiguousarray(file.pixels[..., channels[keep]], dtype=np.float32)
+        if file.no_data and (missing := np.isnan(planes)).any():
+            rule = f"has no data ({file.no_data}) in {first_fault(missing)}; crop these pixels away or fill them"
+            raise PhotositeError(rule, key=key, value=self.spectral_cube)
         check_finite(planes, key, self.spectral_cube)
         if planes.min() < 0:
             fault = first_fault(planes < 0)
@@ -114,7 +117,7 @@ class SpectralCubeScene:
         return self.luminance_cd_m2 / float(luminance_cd_m2(illuminant(self.illuminant)))
 
     def _bands(self, file: PixelFile) -> list[tuple[float, int]]:
-        """Wavelength [nm] and index of each channel."""
+        """Wavelength [nm] and index of each channel that is not bad."""
         if self.wavelengths is None:
             return named_wavelengths(file, self.quantity)
         given = read_wavelengths(self.wavelengths)
@@ -125,7 +128,7 @@ class SpectralCubeScene:
                 key="scene.wavelengths",
                 value=self.wavelengths,
             )
-        return [(float(nm), index) for index, nm in enumerate(given)]
+        return [(float(nm), index) for index, nm in enumerate(given) if index not in file.bad]
 
     def _spectra(self, planes: np.ndarray, basis: np.ndarray, light: np.ndarray, grid_nm: np.ndarray) -> np.ndarray:
         if self.quantity == "reflectance":

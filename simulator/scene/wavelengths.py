@@ -34,7 +34,12 @@ def named_wavelengths(file: PixelFile, quantity: str = "radiance") -> list[tuple
     found: dict[str, list[tuple[float, int]]] = {}
     for index, name in enumerate(file.channels):
         group, wavelength_nm = parse_channel(name)
-        if wavelength_nm is not None and not _POLARISED.fullmatch(group) and not _RERADIATION.fullmatch(group):
+        if (
+            index not in file.bad
+            and wavelength_nm is not None
+            and not _POLARISED.fullmatch(group)
+            and not _RERADIATION.fullmatch(group)
+        ):
             found.setdefault(group, []).append((wavelength_nm, index))
     if quantity == "radiance" and set(found) == {"T"}:
         rule = f"{file.path} holds reflectances (channels T); write quantity: reflectance, with the luminance of white"

@@ -114,6 +114,31 @@ def test_wavelengths_may_come_from_a_file_and_lack_a_unit(tmp_path):
     assert SpectralCubeScene(header, tmp_path / "nm.txt").load().wavelengths_nm.tolist() == [500.0, 510.0, 520.0]
 
 
+@pytest.mark.parametrize("own", [True, False])
+def test_bad_bands_are_left_out_whoever_states_the_wavelengths(tmp_path, own):
+    cube = np.ones((2, 3, 4), np.float32) * (1, 1e6, 2, 3)
+    fields = {"wavelength": "{450, 500, 550, 650}"} if own else {"wavelength": None}
+    header = save_envi(tmp_path, cube.astype(np.float32), bbl="{1, 0, 1, 1}", **fields)
+    np.savetxt(tmp_path / "nm.txt", [450.0, 500.0, 550.0, 650.0])
+    scene = SpectralCubeScene(header, None if own else tmp_path / "nm.txt").load()
+    assert np.array_equal(scene.planes, cube[..., [0, 2, 3]]) and scene.wavelengths_nm.tolist() == [450.0, 550.0, 650.0]
+    assert any("1 bad bands" in note for note in scene.notes)
+
+
+@pytest.mark.parametrize("kind", [np.int16, np.float32])
+def test_bands_without_data_are_refused_only_where_they_are_used(tmp_path, kind):
+    cube = np.full((2, 3, 5), 4, kind)
+    cube[..., 1] = cube[..., 4] = -9999  # a bad band, and one in the infrared behind one
+    fields = {"wavelength": "{450, 550, 650, 800, 1400}", "data_ignore_value": -9999, "data_gain_values": "{1, 1, 0.5, 1, 1}"}
+    scene = SpectralCubeScene(save_envi(tmp_path, cube, bbl="{1, 0, 1, 1, 1}", **fields)).load()
+    assert scene.wavelengths_nm.tolist() == [450.0, 650.0, 780.0] and np.unique(scene.planes).tolist() == [2.0, 4.0]
+    told = (
+        r"scene.spectral_cube = .*cube.hdr: has no data \(data ignore value -9999\) in 6 of 6 pixels, .*crop these pixels away"
+    )
+    with pytest.raises(PhotositeError, match=told):
+        SpectralCubeScene(save_envi(tmp_path, cube, **fields)).load()
+
+
 @pytest.mark.parametrize(
     ("fields", "says"),
     [
@@ -128,6 +153,7 @@ def test_wavelengths_may_come_from_a_file_and_lack_a_unit(tmp_path):
         ({"data_ignore_value": 1}, "has no data .* in 6 of 6 pixels"),
         ({"data_gain_values": "{1, 2}"}, "has 2 data gain values"),
         ({"bbl": "{1}"}, "a list of 1 bad bands"),
+        ({"bbl": "{0, 0, 0}"}, "marks all of its 3 bands as bad"),
     ],
 )
 def test_a_bad_header_is_one_message(tmp_path, fields, says):
