@@ -78,7 +78,8 @@ def scene_from_spectra(
     wavelengths_nm: (wavelengths,), in any order [nm].
     luminance_cd_m2: of white (reflectance) or the mean (radiance) [cd m^-2]; left out, radiance is absolute.
     depth_m, field_of_view_deg: as `scene_from_rgb` takes them. The other arguments are those of `SpectralCubeScene`.
-    Raises PhotositeError as `scene_from_rgb` does, and for wavelengths that do not match or lie outside 380 to 780 nm.
+    Raises PhotositeError as `scene_from_rgb` does, for wavelengths that do not match or lie outside 380 to 780 nm, and for
+    reflectances in integers.
     """
     file, distance = _pixels(cube, "cube"), _distance(depth_m)
     own_nm = np.asarray(wavelengths_nm, np.float64)

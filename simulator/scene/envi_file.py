@@ -61,7 +61,9 @@ def read_envi(header: Path, path: Path, key: str) -> PixelFile:
     for value in ignored:
         pixels[stored == value] = np.nan
     no_data = "".join(f"data ignore value {value:g}" for value in ignored)
-    return PixelFile(path, pixels, names, notes=notes, bad=bad, no_data=no_data)
+    has_scale = bool(_scale(fields, header, key) or _numbers(fields, "data gain values", header, key))
+    is_unscaled = stored.dtype.kind in "ui" and not has_scale
+    return PixelFile(path, pixels, names, notes=notes, bad=bad, no_data=no_data, is_unscaled=is_unscaled)
 
 
 def parse_header(text: str) -> dict[str, str]:
@@ -128,14 +130,19 @@ def _read_data(data: Path, fields: dict[str, str], shape: tuple[int, ...], heade
 def _scaled(stored: np.ndarray, fields: dict[str, str], header: Path, key: str) -> np.ndarray:
     """Return a copy as float32, in the unit that the header states."""
     pixels = stored.astype(np.float32)
-    factor = _numbers(fields, "reflectance scale factor", header, key)
-    if factor and factor[0] > 0:
-        return pixels / np.float32(factor[0])
+    if factor := _scale(fields, header, key):
+        return pixels / np.float32(factor)
     for name, apply in (("data gain values", np.multiply), ("data offset values", np.add)):
         if values := _numbers(fields, name, header, key):
             require(len(values) == stored.shape[2], key, header, f"has {len(values)} {name}; give one for each band")
             apply(pixels, np.array(values, np.float32), out=pixels)
     return pixels
+
+
+def _scale(fields: dict[str, str], header: Path, key: str) -> float | None:
+    """Return the number that stands for a reflectance of 1; None where the header has none above 0."""
+    stated = _numbers(fields, "reflectance scale factor", header, key)
+    return stated[0] if stated and stated[0] > 0 else None
 
 
 def _band_names(fields: dict[str, str], bands: int, header: Path, key: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -52,6 +52,7 @@ class PixelFile:
     window: where the pixels of an EXR lie; None: of other files, which do not tell.
     bad: indices of the channels that the file marks as bad.
     no_data: what the file writes where it has no data, for messages; such pixels are NaN. "": it states nothing.
+    is_unscaled: the numbers are integers in the file, which states no scale for them.
     """
 
     path: Path
@@ -67,6 +68,7 @@ class PixelFile:
     window: DataWindow | None = None
     bad: frozenset[int] = frozenset()
     no_data: str = ""
+    is_unscaled: bool = False
 
     @property
     def size(self) -> tuple[int, int]:

@@ -63,8 +63,8 @@ class SpectralCubeScene:
         """Read the cube.
 
         Raises PhotositeError for files that are missing, damaged or of the wrong size, for wavelengths that do not
-        match or lie outside 380 to 780 nm, for NaN, Inf and negative values, for a black cube with a
-        luminance, and for a cube that does not fit into memory.
+        match or lie outside 380 to 780 nm, for reflectances in integers without a scale, for NaN, Inf and negative values,
+        for a black cube with a luminance, and for a cube that does not fit into memory.
         """
         with memory_for(self.spectral_cube, "scene.spectral_cube"):
             return self._load()
@@ -81,6 +81,12 @@ class SpectralCubeScene:
 
         bands: (wavelength [nm], channel) of each channel to use. Raises PhotositeError as `load` does.
         """
+        if self.quantity == "reflectance" and (file.is_unscaled or file.pixels.dtype.kind in "ui"):
+            rule = (
+                "holds integers without a scale, of which nothing tells which is a reflectance of 1; give floats, or, in the "
+                "header of an ENVI cube, reflectance scale factor"
+            )
+            raise PhotositeError(rule, key=key, value=self.spectral_cube)
         own_nm, channels = (np.array(column) for column in zip(*sorted(bands), strict=True))
         distinct = len(own_nm) > 1 and np.diff(own_nm).min() > 0
         require(distinct, "scene.wavelengths", f"{own_nm} nm", "give two or more wavelengths, each once")

@@ -100,6 +100,19 @@ def test_gains_and_offsets_make_radiance(tmp_path):
     np.testing.assert_allclose(SpectralCubeScene(header).load().planes, cube * [0.5, 1, 2] + [1, 0, 3], rtol=1e-6)
 
 
+def test_integer_reflectances_need_a_scale(tmp_path):
+    """Radiance in integers is scaled by its luminance; nothing says what 40000 of a reflectance is."""
+    cube = np.full((2, 3, 3), 40000, np.uint16)
+    told = "scene.spectral_cube = .*cube.hdr: holds integers without a scale.*reflectance scale factor"
+    for fields in ({}, {"reflectance_scale_factor": 0}, {"data_offset_values": "{1, 1, 1}"}, {"data_ignore_value": 0}):
+        with pytest.raises(PhotositeError, match=told):
+            SpectralCubeScene(save_envi(tmp_path, cube, **fields), None, "reflectance", 100.0).load()
+    for fields in ({"reflectance_scale_factor": 50000}, {"data_gain_values": "{2e-5, 2e-5, 2e-5}"}):
+        scene = SpectralCubeScene(save_envi(tmp_path, cube, **fields), None, "reflectance", 100.0).load()
+        np.testing.assert_allclose(scene.planes, 0.8, rtol=1e-6)
+    assert SpectralCubeScene(save_envi(tmp_path, cube)).load().planes.max() == 40000.0
+
+
 def test_wavelengths_may_come_from_a_file_and_lack_a_unit(tmp_path):
     cube = np.ones((2, 3, 3), np.float32)
     header = save_envi(tmp_path, cube, wavelength_units="Unknown", wavelength="{0.45, 0.55, 0.65}")

@@ -6,6 +6,7 @@ import pytest
 
 from simulator.color.spectra import illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError
+from simulator.scene.arrays import scene_from_spectra
 from simulator.scene.depth import DepthChannel
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.spectral_cube import SpectralCubeScene
@@ -231,6 +232,14 @@ def test_a_black_cube_cannot_be_scaled_but_is_a_scene(tmp_path):
     assert SpectralCubeScene(**files).load().planes.max() == 0
     with pytest.raises(PhotositeError, match="black"):
         SpectralCubeScene(**files, luminance_cd_m2=1.0).load()
+
+
+def test_reflectances_in_integers_are_refused(tmp_path):
+    files = save(tmp_path, np.full((2, 2, 3), 40000, np.uint16), [400, 500, 600])
+    with pytest.raises(PhotositeError, match="scene.spectral_cube = .*: holds integers without a scale.*give floats"):
+        SpectralCubeScene(**files, quantity="reflectance", luminance_cd_m2=100.0).load()
+    with pytest.raises(PhotositeError, match="cube = array: holds integers without a scale.*give floats"):
+        scene_from_spectra(np.ones((2, 2, 3), int), [400, 500, 600], quantity="reflectance", luminance_cd_m2=100.0)
 
 
 def test_reflectance_needs_a_luminance(tmp_path):
