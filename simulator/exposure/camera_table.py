@@ -158,6 +158,8 @@ class MeasuredClip:
             if needed_s > LONGEST_CLIP_S:
                 another = "no clip is that long: leave clip out and give a model, such as rms: 2 deg/s, or a path of your own"
             fix = f"the whole clip is {last - first:.4g} s long: {another}"
+        elif float(np.min(times_s, initial=0.0)) < first:
+            fix = "give a later exposure.start, or another seed, which chooses another place of the clip"
         check_inside(times_s, (first, last), "motion.camera.clip", self.clip, fix)
 
     def _scaled(self, table: PathTable, values: np.ndarray) -> Poses:

@@ -187,4 +187,7 @@ def test_a_clip_is_refused_where_it_ends():
         PhotositeError, match=r"the path holds from -0.505947 s .* needed from 0 s to 2.5 s; write length: 2.5 s"
     ):
         MeasuredClip("handycam_run", seed=1).poses(np.array([0.0, 2.5]))
+    told = r"holds from -0.505947 s .* needed from -1 s to 0 s; give a later exposure.start, or another seed"
+    with pytest.raises(PhotositeError, match=told):
+        MeasuredClip("handycam_run", seed=1).poses(np.array([-1.0, 0.0]))
     assert MeasuredClip("handycam_run", seed=1, length_s=2.5).poses(np.array([0.0, 2.5])).rotation_rad.shape == (2, 3)
