@@ -82,9 +82,12 @@ class MainsFlicker:
         return 1.0 + np.sum([m * np.cos(order * turns + phase) for order, m, phase in self._waves()], axis=0)
 
     def describe(self) -> str:
-        """Return its numbers."""
-        more = f" and {len(self.harmonics)} harmonics" if self.harmonics else ""
-        return f"1 + {self.modulation:g} cos(2 pi {self.frequency_hz:g} Hz t){more}"
+        """Return the light over time as a formula, t being the clock, with the phases of all waves."""
+        own = [(1, self.modulation, self.phase_deg), *((one.order, one.modulation, one.phase_deg) for one in self.harmonics)]
+        waves = [
+            f"{modulation:g} cos(2 pi {order * self.frequency_hz:g} Hz t{_phase(phase)})" for order, modulation, phase in own
+        ]
+        return " + ".join(["1", *waves])
 
 
 @dataclass(frozen=True)
@@ -139,8 +142,13 @@ class PwmLamp:
         return rising + falling - 0.5 * (1.0 - duty) * phase
 
     def describe(self) -> str:
-        """Return its numbers."""
-        return f"on for {100 * self.duty:g} % of each 1 / {self.frequency_hz:g} Hz"
+        """Return its numbers, with the place in the period when the clock is 0."""
+        begun = f", {self.phase_deg:g} deg of which have passed when the clock is 0" if self.phase_deg else ""
+        return f"on for the first {100 * self.duty:g} % of each 1 / {self.frequency_hz:g} Hz{begun}"
+
+
+def _phase(phase_deg: float) -> str:
+    return f" {'-' if phase_deg < 0 else '+'} {abs(phase_deg):g} deg" if phase_deg else ""
 
 
 def _check_frequency(frequency_hz: float) -> None:

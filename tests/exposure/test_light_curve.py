@@ -98,3 +98,12 @@ def test_a_microsecond_after_an_hour_and_an_hour_are_as_exact(release_s, time_s)
     assert collect(SteadyLight(), box, release_s) == pytest.approx([time_s], rel=1e-12)
     mean = collect(MainsFlicker(100.0, 0.4), box, release_s) / time_s
     assert mean == pytest.approx([1.4 if time_s < 1.0 else 1.0], rel=1e-5)
+
+
+def test_a_light_is_described_with_its_phases():
+    """Lights that differ in the picture read differently."""
+    assert MAINS.describe() == "1 + 0.4 cos(2 pi 100 Hz t + 30 deg) + 0.2 cos(2 pi 200 Hz t + 70 deg)"
+    assert MainsFlicker(100.0, 0.4, -30.0).describe() == "1 + 0.4 cos(2 pi 100 Hz t - 30 deg)"
+    assert MainsFlicker(100.0, 0.4).describe() == "1 + 0.4 cos(2 pi 100 Hz t)"
+    assert LAMP.describe() == "on for the first 30 % of each 1 / 240 Hz, 50 deg of which have passed when the clock is 0"
+    assert PwmLamp(240.0, 0.3).describe() == "on for the first 30 % of each 1 / 240 Hz"
