@@ -41,6 +41,7 @@ MetresPerSecondSquared = Annotated[float, Unit("metre / second**2", "_m_per_s2")
 Hertz = Annotated[float, Unit("hertz", "_hz")]
 Joules = Annotated[float, Unit("joule", "_j")]
 FNumber = Annotated[float, Unit("f_number", "")]
+TStop = Annotated[float, Unit("t_number", "")]
 
 
 def unit_of(annotation: object) -> Unit | None:

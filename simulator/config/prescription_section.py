@@ -13,7 +13,7 @@ from simulator.optics.lens.nd_filter import NeutralDensity
 from simulator.optics.lens.prescription import KEY, trace_prescription
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Aperture
-from simulator.units import FNumber, Metres, Micrometres
+from simulator.units import FNumber, Metres, Micrometres, TStop
 
 ROUNDED = 0.99  # a design marked f/2 opens to f/2.014; its marked f-number is taken as its widest
 SHARED = ("transmittance", "t_stop", "irradiance", "aperture", "circle_of_confusion_um", "veiling_glare", "nd_filter")
@@ -34,7 +34,7 @@ class PrescribedLens:
     focus_distance_m: Metres = math.inf
     aberrations: bool = True
     transmittance: float = 1.0
-    t_stop: FNumber | None = None
+    t_stop: TStop | None = None
     irradiance: Literal["thin_lens", "aplanatic"] = "thin_lens"
     aperture: Aperture | None = None
     circle_of_confusion_um: Micrometres | None = None

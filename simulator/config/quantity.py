@@ -5,7 +5,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from simulator.config.unit_words import COMMON_FACTORS, SHORT, WORDS, get_unit_registry, name_quantity, write_example
+from simulator.config.unit_words import APERTURES, COMMON_FACTORS, SHORT, WORDS, get_unit_registry, name_quantity, write_example
 from simulator.units import Unit
 
 if TYPE_CHECKING:
@@ -15,18 +15,19 @@ NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 QUANTITY = re.compile(
     rf"(?P<sign>[+-]?)\s*(?P<top>{NUMBER}|inf(?:inity)?\b|∞)(?:\s*/\s*(?P<bottom>{NUMBER}))?\s*(?P<unit>.*)", re.I
 )
-F_NUMBER = re.compile(rf"f\s*/?\s*({NUMBER})", re.I)
+APERTURE = re.compile(rf"([ft])\s*/?\s*({NUMBER})", re.I)
 
 
 def parse_quantity(value: object, unit: Unit) -> float:
     """Return the number of `unit` that a value of the configuration states.
 
-    value: text such as `1/125 s`; a bare number only for an f-number, which has no dimension.
+    value: text such as `1/125 s`; a bare number only for an f-number or T-stop, which have no dimension. A T-stop
+        may be written `f/4.2`, too.
     Raises ValueError, whose message says how to write it, for anything else; for NaN; and for infinity
     unless the unit is the metre, because only a distance can be infinite.
     """
     if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
-        if unit.symbol == "f_number":
+        if unit.symbol in APERTURES:
             return float(value)
         raise ValueError(f"has no unit; write {name_quantity(unit)} such as {format_quantity(value, unit)}")
     if not isinstance(value, str):
@@ -41,21 +42,23 @@ def _parse_text(text: str, unit: Unit) -> float:
         if unit.symbol != "metre":
             raise ValueError(f"only a distance can be infinite; give {name_quantity(unit)} such as {write_example(unit)}")
         unit_text = unit_text or "m"
+    if unit.symbol == "t_number" and unit_text == "f_number":
+        return number
     if not unit_text:
         raise ValueError(f"has no unit; write {name_quantity(unit)} such as {write_example(unit)}")
     return convert(number, unit_text, unit.symbol, f"{name_quantity(unit)} such as {write_example(unit)}")
 
 
 def split_quantity(text: str) -> tuple[float, str]:
-    """Return number and unit text of a quantity; an f-number has the unit `f_number`, a bare number ''.
+    """Return number and unit text of a quantity; an f-number has the unit `f_number`, a T-stop `t_number`, a bare number ''.
 
     Raises ValueError when the text does not begin with a number.
     """
     text = text.strip()
     if len(text) > 60:
         raise ValueError("is too long for a quantity; write a number and a unit, such as 50 mm")
-    if aperture := F_NUMBER.fullmatch(text):
-        return float(aperture[1]), "f_number"
+    if aperture := APERTURE.fullmatch(text):
+        return float(aperture[2]), f"{aperture[1].lower()}_number"
     match = QUANTITY.fullmatch(text)
     if re.search(r"\d,\d", text):
         raise ValueError("holds a comma; write a decimal point, such as 1.5 mm")
@@ -106,8 +109,13 @@ def _name_dimension(given: "PintUnit") -> str:
 
 def format_quantity(number: float, unit: Unit) -> str:
     """Text that `parse_quantity` reads back to the same float."""
-    if unit.symbol == "f_number":
-        return f"f/{float(number)!r}".removesuffix(".0")
+    if unit.symbol in APERTURES:
+        return f"{APERTURES[unit.symbol]}{float(number)!r}".removesuffix(".0")
     if math.isinf(number):
         return "infinity" if number > 0 else "-inf m"
     return f"{float(number)!r}".removesuffix(".0") + f" {SHORT.get(unit.symbol, unit.symbol)}"
+
+
+def join_quantity(number: float, unit_text: str) -> str:
+    """Return the text that `split_quantity` splits into this number and this unit."""
+    return format_quantity(number, Unit(unit_text, "")) if unit_text in APERTURES else f"{number!r} {unit_text}"

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, GetCoreSchemaHandler,
 from pydantic_core import CoreSchema, core_schema
 
 from simulator.config.quantity import format_quantity, parse_quantity
-from simulator.config.unit_words import name_quantity, write_example
+from simulator.config.unit_words import APERTURES, name_quantity, write_example
 from simulator.units import Unit
 
 
@@ -42,7 +42,7 @@ class Quantity:
             "description": f"{name_quantity(self.unit)}, such as {write_example(self.unit)}",
             "examples": [write_example(self.unit)],
         }
-        if self.unit.symbol == "f_number":
+        if self.unit.symbol in APERTURES:
             return {"anyOf": [text, {"type": "number", "exclusiveMinimum": 0}]}
         return text | {"pattern": r"^\s*[-+]?\s*([0-9.]|[iI]nf|∞)"}
 

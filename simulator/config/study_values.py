@@ -9,12 +9,11 @@ from pydantic import Field
 from simulator.config.build import validate
 from simulator.config.distributions import Distribution, LogUniform, Normal, Uniform, draw
 from simulator.config.document import Document
-from simulator.config.quantity import convert, format_quantity, split_quantity
+from simulator.config.quantity import convert, join_quantity, split_quantity
 from simulator.config.random_streams import LARGEST_SEED, RandomStream
 from simulator.config.section_types import Section
 from simulator.config.sweep_section import Number, Steps, WholeNumbers, expand_values, split_number
 from simulator.errors import PhotositeError
-from simulator.units import Unit
 
 STEP_ERROR = 1e-6  # share of a step by which the last value may miss the end
 MOST_VALUES = 1_000_000
@@ -133,6 +132,4 @@ def _in_unit_of(value: Number | None, like: Number | None) -> float:
 
 def _write(value: float, unit: str) -> Number:
     """Return a number as a study file would state it in a unit."""
-    if unit:
-        return format_quantity(value, Unit("f_number", "")) if unit == "f_number" else f"{value!r} {unit}"
-    return value
+    return join_quantity(value, unit) if unit else value

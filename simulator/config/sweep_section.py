@@ -6,10 +6,9 @@ from typing import Annotated, Any, Literal, overload
 
 from pydantic import Discriminator, Field, Tag
 
-from simulator.config.quantity import convert, format_quantity, parse_unit, split_quantity
+from simulator.config.quantity import convert, join_quantity, parse_unit, split_quantity
 from simulator.config.section_types import Section
 from simulator.config.series_section import SeriesSection
-from simulator.units import Unit
 
 Number = int | float | str
 MOST_POINTS = 10_000_000  # of a sweep or a study, and whole numbers of one key
@@ -104,7 +103,7 @@ class EvenSteps(Sequence[Number]):
             value = self.first + (self.last - self.first) * share
         value = float(f"{value:.12g}")  # 0.1 * 3 should read 0.3 in a file
         if self.unit:
-            return format_quantity(value, Unit("f_number", "")) if self.unit == "f_number" else f"{value!r} {self.unit}"
+            return join_quantity(value, self.unit)
         return int(value) if self.whole and value == int(value) else value
 
 

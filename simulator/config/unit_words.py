@@ -38,6 +38,7 @@ DN = [code] = LSB = ADU
 pixel = [pixel] = px
 frame = [frame]
 f_number = [f_number]
+t_number = [t_number]
 """
 
 # Name and example of a quantity, by the unit in which the field holds it.
@@ -64,6 +65,7 @@ WORDS = {
     "DN": ("a raw level", "512 DN"),
     "DN / electron": ("a gain", "0.1 DN/e-"),
     "f_number": ("an f-number", "f/2.8"),
+    "t_number": ("a T-stop", "T/3.1"),
 }
 SHORT = {
     "second": "s",
@@ -85,6 +87,7 @@ SHORT = {
     "DN": "DN",
     "DN / electron": "DN/e-",
 }
+APERTURES = {"f_number": "f/", "t_number": "T/"}  # numbers without a dimension, and what is written before them
 # Factors of the units that photographers write, by the unit that the field holds: pint knows all others and what they are
 # worth together, and takes a fifth of a second to import.
 COMMON_FACTORS = {
@@ -107,6 +110,7 @@ COMMON_FACTORS = {
     "DN": {"DN": 1.0},
     "DN / electron": {"DN/e-": 1.0},
     "f_number": {"f_number": 1.0},
+    "t_number": {"t_number": 1.0},
 }
 
 

@@ -17,7 +17,7 @@ from simulator.config import dump_yaml
 from simulator.config.document_merge import is_table
 from simulator.config.quantity import split_quantity
 from simulator.config.study_file import Study, StudyPoint
-from simulator.config.unit_words import SHORT
+from simulator.config.unit_words import APERTURES, SHORT
 from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.measurement.quantities import Figure, Measured, MeasuredFrame
@@ -41,7 +41,7 @@ from simulator.studies.study_folder import (
 )
 from simulator.studies.study_preview import write_preview
 
-UNITS = {*SHORT.values(), "f_number"}  # of the numbers in a resolved shot
+UNITS = {*SHORT.values(), *APERTURES}  # of the numbers in a resolved shot
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,10 @@ def flat_leaves(value: Any, keys: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def number_and_unit(text: object) -> tuple[object, str]:
-    """Return number and unit of a resolved value that is a quantity, an f-number without its unit; others as they are, ""."""
+    """Return number and unit of a resolved value that is a quantity; others as they are, "".
+
+    F-numbers and T-stops are without their unit.
+    """
     if not isinstance(text, str):
         return text, ""
     with suppress(ValueError):
@@ -282,5 +285,5 @@ def number_and_unit(text: object) -> tuple[object, str]:
         if text.startswith("infinity"):
             return number, "m"  # only a distance can be infinite
         if unit in UNITS:
-            return number, "" if unit == "f_number" else unit
+            return number, "" if unit in APERTURES else unit
     return text, ""

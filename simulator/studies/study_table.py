@@ -11,6 +11,7 @@ from typing import Any, Literal
 from simulator.atomic_files import atomic_write
 from simulator.config.quantity import convert, split_quantity
 from simulator.config.study_file import Study
+from simulator.config.unit_words import APERTURES
 from simulator.raw.canonical_json import json_text
 from simulator.studies.study_folder import (
     COLUMNS,
@@ -129,7 +130,7 @@ def _axis_value(written: object, unit: str) -> object:
     if isinstance(written, str):
         with suppress(ValueError):
             number, own = split_quantity(written)
-            return number if own in ("", unit, "f_number") else convert(number, own, unit, "")
+            return number if own in ("", unit, *APERTURES) else convert(number, own, unit, "")
     return _text(written)
 
 

@@ -47,6 +47,10 @@ UNITS = {name: kind.__metadata__[0] for name, kind in vars(units).items() if has
         ("f/2.8", "FNumber", 2.8),
         ("F2.8", "FNumber", 2.8),
         (2.8, "FNumber", 2.8),
+        ("T/3.1", "TStop", 3.1),
+        ("t3.1", "TStop", 3.1),
+        ("f/3.1", "TStop", 3.1),
+        (3.1, "TStop", 3.1),
     ],
 )
 def test_a_photographers_notation_gives_the_number_in_the_fields_unit(text, kind, number):
@@ -64,6 +68,9 @@ def test_a_photographers_notation_gives_the_number_in_the_fields_unit(text, kind
         ("40", "Degrees", "has no unit"),
         ("f/2.8", "Millimetres", "is an f-number"),
         ("4 mm", "FNumber", "is a length"),
+        ("T/3.1", "FNumber", "is a T-stop; an f-number such as f/2.8 is wanted here"),
+        ("T/3.1", "Millimetres", "is a T-stop"),
+        ("4 mm", "TStop", "is a length; a T-stop such as T/3.1 is wanted here"),
         ("50 M", "Metres", "`M` is no unit known here"),
         ("50 parsec", "Metres", "`parsec` is no unit"),
         ("1,5 mm", "Millimetres", "decimal point"),
@@ -110,13 +117,14 @@ def test_any_near_quantity_is_a_finite_number_or_a_value_error(text, kind):
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(sorted(UNITS)))
 def test_a_written_quantity_reads_back_to_the_same_float(number, kind):
-    number = abs(number) if kind == "FNumber" else number
+    number = abs(number) if kind in ("FNumber", "TStop") else number
     assert parse_quantity(format_quantity(number, UNITS[kind]), UNITS[kind]) == number
 
 
 def test_splitting_keeps_the_unit_as_written():
     assert split_quantity("1/4 s") == (0.25, "s")
     assert split_quantity("f/8") == (8.0, "f_number")
+    assert split_quantity("T/8") == (8.0, "t_number")
     assert split_quantity("3") == (3.0, "")
 
 

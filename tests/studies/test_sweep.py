@@ -52,6 +52,11 @@ def test_log2_steps_are_equal_stops_and_keep_the_ends_exactly(tmp_path):
     assert taken[0] == 1 / 3 and taken[2] == 1 / 12 and taken[1] == pytest.approx(1 / 6, rel=1e-11)
 
 
+def test_steps_of_t_stops_are_t_stops(tmp_path):
+    sweep = read_sweep(tmp_path, {"vary": {"lens.t_stop": {"from": "T/4", "to": "T/16", "steps": 3, "scale": "log2"}}})
+    assert [point.shot().lens.t_stop for point in sweep] == [4.0, 8.0, 16.0] and sweep[1].values["lens.t_stop"] == "T/8"
+
+
 def test_linear_steps_and_whole_numbers(tmp_path):
     steps = {"from": "1 m", "to": "400 cm", "steps": 4}
     assert [point.shot().lens.focus_distance_m for point in read_sweep(tmp_path, {"vary": {"lens.focus_distance": steps}})] == [

@@ -23,7 +23,7 @@ from simulator.optics.lens.relative_illumination import check_veiling_glare
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.pupil.pupil import Aperture, Pupil
 from simulator.optics.pupil.vignetting import Vignetting
-from simulator.units import FNumber, Metres, Micrometres, Millimetres
+from simulator.units import FNumber, Metres, Micrometres, Millimetres, TStop
 
 CIRCLES_PER_DIAGONAL = 1500.0  # Lyon, "Depth of Field Outside the Box" (2006); 0.029 mm on 36 mm x 24 mm
 
@@ -62,7 +62,7 @@ class ThinLens(Perspective):
     irradiance: Literal["thin_lens", "aplanatic"] = "thin_lens"
     cos4: bool = True
     model: str = "thin lens"
-    t_stop: FNumber | None = None
+    t_stop: TStop | None = None
     aperture: Aperture | None = None
     circle_of_confusion_um: Micrometres | None = None
     vignetting: Vignetting | None = None

@@ -115,6 +115,14 @@ def test_a_shot_file_states_t_stop_blades_and_circle():
         simulator.load_shot(CHART, {"lens.aperture": {"blades": 2}})
 
 
+def test_a_t_stop_is_written_as_it_is_shown():
+    """As T/4.2 in files, messages and tables; other lens numbers are no T-stops."""
+    shot = simulator.load_shot(CHART, {"lens.t_stop": "T/4.2"})
+    assert shot.lens.t_stop == 4.2 and shot.resolved["lens"]["t_stop"] == "T/4.2"
+    with pytest.raises(PhotositeError, match="lens.f_number = T/4.2: is a T-stop; an f-number such as f/2.8 is wanted here"):
+        simulator.load_shot(CHART, {"lens.f_number": "T/4.2"})
+
+
 def test_a_shot_file_states_the_rims():
     settings = {"lens.vignetting": {"front": {"distance": "3 cm", "diameter": "44 mm"}}}
     shot = simulator.load_shot(CHART, settings)
