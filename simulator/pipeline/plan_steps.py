@@ -107,7 +107,8 @@ def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
     moved_px = math.hypot(corner_x - warp.centre_x_px, corner_y - warp.centre_y_px) - math.hypot(
         warp.centre_x_px, warp.centre_y_px
     )
-    return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
+    way = f"{abs(moved_px):.1f} photosites {'inwards' if moved_px < 0 else 'outwards'}"
+    return Step("distortion", True, f"the corner moves {way}, traced back in {warp.steps} steps")
 
 
 def _motion_step(optics: OpticsPlan) -> Step:

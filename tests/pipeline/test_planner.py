@@ -9,6 +9,7 @@ from helpers.camera_builders import STAGE_NUMBERS, every_stage, small_camera
 from helpers.scene_builders import FixedScene, band_scene
 
 from simulator.exposure.settings import Exposure
+from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
@@ -31,6 +32,14 @@ def kept(planned) -> dict[str, bool]:
 def test_a_scene_in_focus_has_no_defocus_and_a_blurred_one_has():
     assert not kept(plan(shot(2.0)))["defocus"]
     assert kept(plan(shot(8.0)))["defocus"]
+
+
+@pytest.mark.parametrize(("k1", "way"), [(-0.1, "inwards"), (0.1, "outwards")])
+def test_a_distortion_says_which_way_the_corner_moves(k1, way):
+    """By a tenth of the half diagonal, which is 40 photosites."""
+    lens = dataclasses.replace(LENS, distortion=Distortion(k1, unit="half_diagonal"))
+    (step,) = (step for step in plan(shot(lens=lens, camera=small_camera(64, 48))).steps if step.stage == "distortion")
+    assert step.why.startswith(f"the corner moves 4.0 photosites {way}, traced back in")
 
 
 def test_stages_that_the_camera_lacks_are_skipped_with_a_reason():
