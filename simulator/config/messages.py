@@ -31,6 +31,7 @@ WANTED = {
     "model_attributes_type": "give a section of `key: value` lines",
 }
 SECTION_KINDS = ("dict_type", "model_type", "model_attributes_type")
+FILE_NAME = re.compile(r"\w\.[A-Za-z]\w{1,4}$")  # ends with a name and a suffix, such as depth.exr
 MOST_LISTED_KEYS = 12  # of a section, in a message that says what it holds
 
 
@@ -86,10 +87,19 @@ def _describe_finding(finding: ErrorDetails, keys: Keys, model: type[Section]) -
             return PhotositeError(f"is a section: write `{keys[-1]}: {choice}`{beside}", key=key, joint=" ")
         return PhotositeError(suggest_nearest(str(finding["input"]), choices), key=key, value=value)
     if kind == "value_error" and "ctx" in finding:
-        return PhotositeError(f"{finding['ctx']['error']}", key=key, value=value)
+        hint = _picture_hint(finding["input"], find_field(model, location))
+        return PhotositeError(f"{finding['ctx']['error']}{hint}", key=key, value=value)
     known = list_known_keys(model, location) if kind in SECTION_KINDS else []
     listed = f"; its keys: {', '.join(known)}" if 0 < len(known) <= MOST_LISTED_KEYS else ""
     return PhotositeError(WANTED.get(kind, finding["msg"]) + listed, key=key, value=value)
+
+
+def _picture_hint(value: object, field: FieldInfo | None) -> str:
+    """Return how a picture is given where a file name stands for a section with the keys image and unit; "" elsewhere."""
+    sections = [] if field is None else find_sections(field.annotation)
+    takes_picture = any({"image", "unit"} <= set(list_known_keys(section, ())) for section in sections)
+    is_file_name = isinstance(value, str) and FILE_NAME.search(value) is not None
+    return f"; a file is given as {{image: {value}, unit: m}}" if takes_picture and is_file_name else ""
 
 
 def _describe_mixed_kinds(model: type[Section], location: Keys) -> str | None:

@@ -290,6 +290,24 @@ def test_paths_start_from_the_file_that_names_them_and_overrides_from_here(folde
     assert load_shot(write_shot(folder, text), ["scene.image=b.exr"]).scene.image == elsewhere / "b.exr"
 
 
+@pytest.mark.parametrize("name", ["z.npy", "maps/depth_0001.exr", "0001.exr", f"{'long_' * 20}name.tiff"])
+def test_a_file_name_in_place_of_a_distance_is_told_how_a_file_is_given(folder, name):
+    picture = SHOT.replace("chart: flat_field", "image: a.exr")
+    told = f"scene.depth = {name}: "
+    hint = f"; a file is given as {{image: {name}, unit: m}}"
+    text = load_and_get_message(folder, picture.replace("image: a.exr", f"image: a.exr\n  depth: {name}"))
+    assert told in text and text.endswith(hint)
+    assert load_and_get_message(folder, picture, [f"scene.depth={name}"]).endswith(hint)
+    layers = SHOT.replace("chart: flat_field", f"layers: [{{image: a.exr, depth: {name}}}]")
+    assert load_and_get_message(folder, layers).endswith(hint)
+
+
+def test_what_is_neither_file_nor_distance_has_no_hint_of_files(folder):
+    picture = SHOT.replace("chart: flat_field", "image: a.exr")
+    assert "image:" not in load_and_get_message(folder, picture, ["scene.depth=far"])
+    assert "image:" not in load_and_get_message(folder, picture, ["lens.focus_distance=z.npy"])
+
+
 def test_yaml_1_1_traps_are_plain_text_or_numbers(folder):
     shot = load_shot(
         write_shot(folder, SHOT.replace("scene:", "name: on\nscene:").replace("f/4", "f/4\n  transmittance: 9e-1"))
