@@ -16,6 +16,7 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
+from simulator.reproducible import nine_digits
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, IsoSetting, SpectralResponse, Window
@@ -99,8 +100,8 @@ def expose_moving(
         np.stack(sharp),
         flow,
         tuple((float(y), float(x)) for y, x in flow[:, :, rows // 2, columns // 2]),
-        tuple(map(_nine_digits, mid_exposure_s)),
-        tuple(tuple(map(_nine_digits, pose)) for pose in turned_deg),
+        tuple(map(nine_digits, mid_exposure_s)),
+        tuple(tuple(map(nine_digits, pose)) for pose in turned_deg),
     )
 
 
@@ -193,7 +194,3 @@ def _between(values: np.ndarray, places: np.ndarray, count: int) -> np.ndarray:
     gap = np.maximum(places[second] - places[first], 1e-9)
     share = ((centres - places[first]) / gap)[:, None]
     return values[first] * (1.0 - share) + values[second] * share
-
-
-def _nine_digits(value: float) -> float:
-    return float(f"{value:.9g}")

@@ -10,6 +10,7 @@ from data_gen.samples.packing import pack
 from data_gen.samples.sample import Sample
 from simulator.measurement.report.figures import MEASURED, new_figure
 from simulator.raw.development import srgb_encoded
+from simulator.reproducible import ordered_product
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +56,7 @@ def linear_picture(sample: Sample, mosaic_dn: np.ndarray) -> np.ndarray:
     red, green_red, green_blue, blue = pack(signal, sample.cfa, "rggb")
     balance = np.array(sample.white_balance)
     camera = np.minimum(np.stack([red, 0.5 * (green_red + green_blue), blue], axis=-1) * balance, balance.min())
-    return camera @ camera_to_srgb(sample.color_matrix).T
+    return ordered_product(camera, camera_to_srgb(sample.color_matrix).T)
 
 
 def histogram_figure(counts: Mapping[str, Mapping[str, int]]) -> "Figure":

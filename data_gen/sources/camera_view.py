@@ -9,6 +9,7 @@ from data_gen.sources.source import CleanImage
 from simulator.color.camera_matrices import as_shot_neutral
 from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant
 from simulator.errors import require
+from simulator.reproducible import nine_digits_each
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_color import matrix_under_d65
 
@@ -18,8 +19,8 @@ class CameraView:
     """A camera in one light.
 
     light: name that `simulator.color.spectra.illuminant` knows.
-    white: (channels,) float64, signal of a white surface, largest = 1 (DNG AsShotNeutral).
-    color_matrix: (3, 3) XYZ to camera under D65; None for MONO.
+    white: (channels,) float64, signal of a white surface, largest = 1 (DNG AsShotNeutral), to nine digits.
+    color_matrix: (3, 3) XYZ to camera under D65, to nine digits; None for MONO.
     """
 
     camera: Camera
@@ -53,8 +54,12 @@ def camera_view(
     response = camera.response
     power = illuminant(light, grid_nm) if power is None else power
     white = as_shot_neutral(power, response.wavelengths_nm, response.quantum_efficiency, grid_nm)
-    matrix = matrix_under_d65(camera)
-    return CameraView(camera, light, white, None if matrix is None else tuple(tuple(map(float, row)) for row in matrix))
+    return CameraView(camera, light, nine_digits_each(white), stored_matrix(matrix_under_d65(camera)))
+
+
+def stored_matrix(matrix: np.ndarray | None) -> tuple[tuple[float, ...], ...] | None:
+    """Return a colour matrix (3, 3) as samples hold it, to nine digits; None for MONO."""
+    return None if matrix is None else tuple(map(tuple, nine_digits_each(matrix).tolist()))
 
 
 def check_illuminants(names: Iterable[str], key: str) -> None:

@@ -7,6 +7,7 @@ signal, 1 for a perfect white surface in the channel that sees it brightest; lam
 import numpy as np
 
 from data_gen.sources.paint import Paint
+from simulator.reproducible import weighted_sum
 
 LEAF_RADII_PX = (3.0, 96.0)
 LEAF_LAYERS = 5.0  # mean number of leaves over a pixel; exp(-5) = 0.7 % of the ground is left to be seen
@@ -47,8 +48,9 @@ def gradients(rng: np.random.Generator, paint: Paint, height: int, width: int) -
     rows, columns = rng.integers(2, 7, 2)
     colours = paint.surfaces(rng, rows * columns).reshape(rows, columns, -1)
     weights_y, weights_x = _linear_weights(height, rows), _linear_weights(width, columns)
-    lines = np.tensordot(weights_y, colours, (1, 0))  # (height, columns, channels)
-    return np.stack([lines[..., channel] @ weights_x.T for channel in range(colours.shape[2])], axis=-1)
+    lines = weighted_sum(colours, weights_y.T[..., None, None])  # (height, columns, channels)
+    planes = (lines[..., channel].T[..., None] for channel in range(colours.shape[2]))  # (columns, height, 1)
+    return np.stack([weighted_sum(plane, weights_x.T) for plane in planes], axis=-1)
 
 
 def slanted_edges(rng: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from data_gen.sources.camera_view import camera_view
 from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError, require
+from simulator.reproducible import ordered_product
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
@@ -23,7 +24,7 @@ def expose_scene(scene: Scene, camera: Camera, light: str, percentile: float, si
     """
     view = camera_view(camera, light, scene.illuminant, scene.wavelengths_nm)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
-    planes = scene.planes @ (weights / weights.max()).astype(np.float32)
+    planes = ordered_product(scene.planes, (weights / weights.max()).astype(np.float32))
     level = float(np.percentile(planes.max(axis=2), percentile))
     require(level > 0, "exposed_percentile", percentile, f"{path} is black there; give a higher one, or take the picture out")
     with np.errstate(over="ignore"):

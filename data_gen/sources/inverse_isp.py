@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.color.camera_matrices import CONNECTION_SPACE_WHITE, forward_matrix
 from simulator.color.colour_science import colour_science
+from simulator.reproducible import nine_digits_each, ordered_product, weighted_sum
 from simulator.sensor.camera.camera import Camera
 
 # XYZ to camera of the Darmstadt Noise Dataset's four, as the release has them: Nexus 6P, Sony A7R, Olympus E-M10, RX100 IV.
@@ -24,6 +25,7 @@ XYZ_TO_CAMERA = np.array(
 SRGB_TO_XYZ = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
 )
+XYZ_TO_SRGB = nine_digits_each(np.linalg.inv(SRGB_TO_XYZ))
 GAMMA = 2.2
 RED_GAIN, BLUE_GAIN = (1.9, 2.4), (1.5, 1.9)  # uniform between these
 BRIGHTNESS = (0.8, 0.1)  # mean and standard deviation of a normal number: signal over that of the finished picture
@@ -43,7 +45,7 @@ def expand_gamma(picture: np.ndarray) -> np.ndarray:
 def mix_matrix(rng: np.random.Generator) -> np.ndarray:
     """Draw a matrix XYZ to camera, (3, 3): a convex mixture of the four, with uniform weights divided by their sum."""
     weights = rng.random(len(XYZ_TO_CAMERA))
-    return np.tensordot(weights / weights.sum(), XYZ_TO_CAMERA, 1)
+    return weighted_sum(XYZ_TO_CAMERA, weights / weights.sum())
 
 
 def draw_white(rng: np.random.Generator) -> np.ndarray:
@@ -58,12 +60,12 @@ def draw_brightness(rng: np.random.Generator) -> float:
 
 def to_balanced_camera(xyz_to_camera: np.ndarray) -> np.ndarray:
     """Linear sRGB to white-balanced camera, (3, 3): rows of XYZ-to-camera times sRGB-to-XYZ, each divided by its sum."""
-    matrix = xyz_to_camera @ SRGB_TO_XYZ
+    matrix = ordered_product(xyz_to_camera, SRGB_TO_XYZ)
     return matrix / matrix.sum(axis=1, keepdims=True)
 
 
 def to_balanced_camera_in(camera: Camera, light: str) -> np.ndarray:
-    """Linear sRGB to this camera's colours in a light, white-balanced, (3, 3).
+    """Linear sRGB to this camera's colours in a light, white-balanced, (3, 3), to nine digits.
 
     The inverse of what a raw converter does with the ForwardMatrix for this light (DNG 1.4, chapter 6): sRGB to XYZ under D65,
     Bradford adaptation to D50, and from there to the camera.
@@ -71,7 +73,7 @@ def to_balanced_camera_in(camera: Camera, light: str) -> np.ndarray:
     white = SRGB_TO_XYZ.sum(axis=1)
     adapt = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(white, CONNECTION_SPACE_WHITE, "Bradford")
     to_xyz_d50 = forward_matrix(camera.response.wavelengths_nm, camera.response.quantum_efficiency, light)
-    return np.linalg.solve(to_xyz_d50, adapt @ SRGB_TO_XYZ)
+    return nine_digits_each(np.linalg.solve(to_xyz_d50, adapt @ SRGB_TO_XYZ))
 
 
 def inverse_gain(mean: np.ndarray, gain: float) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from simulator.color.camera_matrices import camera_response, chart_reflectances
 from simulator.color.spectra import WAVELENGTHS_NM, illuminant
+from simulator.reproducible import nine_digits_each, ordered_product
 from simulator.sensor.camera.camera import Camera
 
 LAMP_TEMPERATURES_K = tuple(round(1e6 / mired) for mired in range(100, 531, 10))  # from a blue sky to a candle, even in mired
@@ -32,7 +33,7 @@ class Paint:
         """
         shares = rng.standard_gamma(_MIXTURE, (count, len(self.measured)))
         shares *= (_DARKEST ** rng.random(count) / np.maximum(shares.sum(axis=1), 1e-300))[:, None]
-        return (shares @ self.measured).astype(np.float32)
+        return ordered_product(shares, self.measured).astype(np.float32)
 
     def lamp(self, rng: np.random.Generator) -> np.ndarray:
         """Signal of one lamp, (channels,) float32."""
@@ -50,4 +51,4 @@ def paint_for(camera: Camera, light: str) -> Paint:
     surfaces = camera_response(chart_reflectances(WAVELENGTHS_NM) * power, WAVELENGTHS_NM, *curves) / white.max()
     blackbodies = np.stack([illuminant(f"{kelvin} K") for kelvin in LAMP_TEMPERATURES_K])
     lamps = camera_response(blackbodies, WAVELENGTHS_NM, *curves)
-    return Paint(surfaces, lamps / lamps.max(axis=1, keepdims=True))
+    return Paint(nine_digits_each(surfaces), nine_digits_each(lamps / lamps.max(axis=1, keepdims=True)))

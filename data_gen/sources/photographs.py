@@ -12,7 +12,7 @@ from data_gen.sources.camera_view import CameraView, camera_view, check_illumina
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.inverse_isp import (
-    SRGB_TO_XYZ,
+    XYZ_TO_SRGB,
     draw_brightness,
     draw_white,
     expand_gamma,
@@ -25,6 +25,7 @@ from data_gen.sources.inverse_isp import (
 from data_gen.sources.patches import Augmentation
 from data_gen.sources.source import apply_cfa
 from simulator.errors import PhotositeError, require
+from simulator.reproducible import ordered_product, weighted_sum
 from simulator.scene.color_channels import srgb_to_linear
 from simulator.scene.pixel_file import check_rgb, memory_for, read_pixels
 from simulator.sensor.camera.camera import Camera
@@ -85,7 +86,7 @@ class Photograph:
         """Return the signal (height, width, 3) float32 of a rectangle that lies inside [px]."""
         side = self.downscale
         linear = self._linear(top * side, left * side, height * side, width * side)
-        mean = _weighted(linear, self._weights[3])
+        mean = weighted_sum(linear, self._weights[3])
         planes = [self._signal(linear, channel, mean) for channel in range(3)]
         return np.stack([_mean_of_squares(plane, side) for plane in planes], axis=-1)
 
@@ -97,7 +98,7 @@ class Photograph:
         for place, letter in enumerate(cfa):
             own = slice(place // 2, None, 2), slice(place % 2, None, 2)
             seen = [plane[own] for plane in linear]
-            mosaic[own] = self._signal(seen, "RGB".index(letter), _weighted(seen, self._weights[3]))
+            mosaic[own] = self._signal(seen, "RGB".index(letter), weighted_sum(seen, self._weights[3]))
         return mosaic
 
     @cached_property
@@ -112,7 +113,7 @@ class Photograph:
 
     def _signal(self, linear: Sequence[np.ndarray], channel: int, mean: np.ndarray) -> np.ndarray:
         """Return the camera signal in one colour from linear sRGB and the mean of the white-balanced colours."""
-        signal = _weighted(linear, self._weights[channel])
+        signal = weighted_sum(linear, self._weights[channel])
         signal *= inverse_gain(mean, self.gains[channel])
         return np.clip(signal, np.float32(0), np.float32(self.most), out=signal)
 
@@ -189,7 +190,7 @@ class Photographs(FolderSource):
             return matrix, view.white, view.white_balance, view.color_matrix
         matrix, white = to_balanced_camera(mix_matrix(rng)), draw_white(rng)
         # The rows of `matrix` sum to 1, so this is the D65 matrix of a camera whose response to white is the drawn one.
-        xyz_to_camera = tuple(map(tuple, (white[:, None] * matrix @ np.linalg.inv(SRGB_TO_XYZ)).tolist()))
+        xyz_to_camera = tuple(map(tuple, ordered_product(white[:, None] * matrix, XYZ_TO_SRGB).tolist()))
         red, green, blue = (float(1.0 / value) for value in white)
         return matrix, white, (red, green, blue), xyz_to_camera
 
@@ -226,14 +227,6 @@ def _rgb_codes(path: Path) -> np.ndarray:
     if colours != list(file.channels):
         pixels = pixels[..., [file.channels.index(name) for name in colours]]
     return np.ascontiguousarray(UPRIGHT.get(file.orientation, UPRIGHT[1]).of(pixels))
-
-
-def _weighted(planes: Sequence[np.ndarray], weights: np.ndarray) -> np.ndarray:
-    """Return the sum of three planes times three weights, added in this order."""
-    found = planes[0] * weights[0]
-    found += planes[1] * weights[1]
-    found += planes[2] * weights[2]
-    return found
 
 
 def _mean_of_squares(plane: np.ndarray, side: int) -> np.ndarray:

@@ -10,6 +10,7 @@ from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.source import CleanImage
 from simulator.errors import require
 from simulator.raw.raw_reader import RawFile, read_raw_file
+from simulator.reproducible import nine_digits_each
 
 KEY = "raw_files"
 EXTENSIONS = (".dng", ".arw", ".cr2", ".cr3", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2")
@@ -57,5 +58,5 @@ def _white_balance(raw: RawFile) -> tuple[float, float, float]:
     rule = f"{raw.path}: tells neither white balance nor colour matrix; take it out of the folder"
     require(raw.color_matrix is not None, "white balance", "none", rule)
     white = np.array(raw.color_matrix) @ (0.95047, 1.0, 1.08883)  # D65, ASTM E308
-    red, green, blue = (white[1] / white).tolist()
+    red, green, blue = nine_digits_each(white[1] / white).tolist()
     return red, green, blue

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
+from data_gen.sources.camera_view import stored_matrix
 from data_gen.sources.source import CleanImage
 from simulator.config import Sweep, load_shot, load_sweep
 from simulator.device import Device, open_device
@@ -19,6 +20,7 @@ from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import check_memory
+from simulator.reproducible import nine_digits
 from simulator.sensor.camera.camera_color import matrix_under_d65
 from simulator.sensor.camera.cfa import BAYER
 from simulator.sensor.readout import read_mean_electrons
@@ -91,8 +93,10 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
     planned = measure(planned, device)
     sensor = replace(planned.sensor, readout=replace(planned.sensor.readout, pattern=None))  # the light of each place
     planned = replace(planned, sensor=sensor)
-    d65, balance = matrix_under_d65(shot.camera), _white_balance(neutral_of(planned.optics.scene, shot.camera))
-    matrix = None if d65 is None else tuple(tuple(map(float, row)) for row in d65)
+    matrix, balance = (
+        stored_matrix(matrix_under_d65(shot.camera)),
+        _white_balance(neutral_of(planned.optics.scene, shot.camera)),
+    )
     scale, active = np.float32(1.0 / saturating_electrons(sensor)), _active_slices(sensor)
     crosstalk, binning = sensor.readout.crosstalk, sensor.readout.binning
     has_rgb = shot.camera.channels == 3 and shot.camera.filter.letters == "RGB"
@@ -116,7 +120,7 @@ def _white_balance(neutral: tuple[float, ...]) -> tuple[float, float, float]:
     """Return the gains that make the camera's response to white neutral, green = 1; all 1 for MONO."""
     if len(neutral) != 3:
         return 1.0, 1.0, 1.0
-    red, green, blue = neutral
+    red, green, blue = map(nine_digits, neutral)
     return green / red, green / green, green / blue
 
 

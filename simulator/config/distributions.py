@@ -11,6 +11,7 @@ from itertools import accumulate, pairwise
 from statistics import NormalDist
 
 from simulator.errors import require
+from simulator.reproducible import nine_digits
 
 
 @dataclass(frozen=True)
@@ -134,11 +135,10 @@ Distribution = float | Uniform | LogUniform | Normal | Choice | Table
 def draw(distribution: Distribution, probability: float) -> float:
     """Return the quantile at a probability from 0 to 1, to nine significant digits; a plain number is its own quantile.
 
-    Nine digits are more than single precision holds, and few enough to hide the last-bit differences between logarithms of
-    different machines.
+    So the last-bit differences between logarithms of different machines do not show.
     """
     value = distribution if isinstance(distribution, float | int) else distribution.quantile(probability)
-    return float(f"{value:.9g}")
+    return nine_digits(value)
 
 
 def weighted_index(weights: tuple[float, ...], probability: float) -> int:

@@ -11,6 +11,7 @@ from simulator.exposure.flash import Flash, add_flash
 from simulator.exposure.light_curve import LightCurve, SteadyLight, collect
 from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.exposure.settings import Exposure
+from simulator.reproducible import nine_digits_each
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
@@ -159,10 +160,10 @@ class ExposedLight:
         step = float(start[-1] - start[0]) / max(count - 1, 1)
         close = 1e-9 * (own.time_s + float(np.ptp(start)))
         is_even = bool((np.abs(start - (start[0] + step * np.arange(count))) <= close).all())
-        even = {"start_s": float(start[0]), "step_s": step} if is_even else {"start_s": _digits(start)}
+        even = {"start_s": float(start[0]), "step_s": step} if is_even else {"start_s": nine_digits_each(start).tolist()}
         same = bool((np.abs(duration - duration[0]) <= close).all())
         lengths = own.time_s if same and abs(duration[0] - own.time_s) <= close else duration[0] if same else None
-        each = {"duration_s": _digits(duration) if lengths is None else float(lengths)}
+        each = {"duration_s": nine_digits_each(duration).tolist() if lengths is None else float(lengths)}
         return {"release_s": own.release_s, "lines": self.axis, "first_line": first, **even, **each}
 
     def key(self, tangent_per_px: float) -> Hashable:
@@ -199,11 +200,6 @@ def _lies_inside(time_s: float, begin_s: np.ndarray, end_s: np.ndarray) -> np.nd
     """Return whether a time lies within intervals and not at their ends, (lines,)."""
     near_s = LEAST * (end_s - begin_s)
     return (begin_s + near_s < time_s) & (time_s < end_s - near_s)
-
-
-def _digits(values: np.ndarray) -> list[float]:
-    """Return numbers with nine digits, enough for a nanosecond in a second."""
-    return [float(f"{value:.9g}") for value in values]
 
 
 def plan_exposure(exposure: Exposure, camera: Camera, f_number: float, working_f_number: float) -> ExposedLight:

@@ -6,6 +6,7 @@ import numpy as np
 
 from simulator.color.colour_science import colour_science
 from simulator.errors import PhotositeError
+from simulator.reproducible import nine_digits_each, ordered_product
 from simulator.scene.pixel_file import PixelFile, check_rgb, largest_code
 
 REC709_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, Table 1, item 1.3 and 1.4
@@ -100,7 +101,7 @@ def to_linear(stored: np.ndarray, encoding: str, file: PixelFile, key: str) -> t
     planes = _decode(stored, encoding, largest_code(stored, key, file.path))
     primaries = file.chromaticities
     if primaries is not None and planes.shape[2] == 3 and not np.allclose(primaries, REC709_CHROMATICITIES, atol=1e-3):
-        planes = (planes @ _to_rec709(primaries).T).astype(np.float32)
+        planes = ordered_product(planes, _to_rec709(primaries).T).astype(np.float32)
         notes.append(f"{name}: converted from its own primaries to those of sRGB")
     return np.ascontiguousarray(planes), tuple(notes)
 
@@ -122,10 +123,10 @@ def srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
 
 
 def _to_rec709(chromaticities: tuple[float, ...]) -> np.ndarray:
-    """Matrix from RGB of these primaries to linear sRGB, (3, 3)."""
+    """Matrix from RGB of these primaries to linear sRGB, (3, 3), to nine digits."""
     colour = colour_science()
     own, rec709 = (np.reshape(values, (4, 2)) for values in (chromaticities, REC709_CHROMATICITIES))
     own_to_xyz, rec709_to_xyz = (colour.normalised_primary_matrix(values[:3], values[3]) for values in (own, rec709))
     white = (colour.xy_to_XYZ(values[3]) for values in (own, rec709))
     adapt = colour.adaptation.matrix_chromatic_adaptation_VonKries(*white, transform="CAT02")
-    return np.linalg.inv(rec709_to_xyz) @ adapt @ own_to_xyz
+    return nine_digits_each(np.linalg.inv(rec709_to_xyz) @ adapt @ own_to_xyz)

@@ -6,6 +6,7 @@ import numpy as np
 
 from simulator.errors import reading, require
 from simulator.progress import counted_as
+from simulator.reproducible import ordered_product
 from simulator.scene.pixel_file import PixelFile
 
 FIX = "save it in MATLAB with save -v7, or take a file that ISETCam's sceneFromFile reads"
@@ -34,7 +35,7 @@ def read_isetcam(path: Path, key: str) -> PixelFile:
         own_nm = np.atleast_1d(np.asarray(own_nm, np.float64)).ravel()
         photons = np.asarray(photons, np.float64)
         if model:
-            photons = photons @ np.atleast_2d(np.asarray(basis["basis"], np.float64)).T
+            photons = ordered_product(photons, np.atleast_2d(np.asarray(basis["basis"], np.float64)).T)
             photons = photons + np.asarray(found.get("imgMean", 0.0), np.float64)
     fits = photons.ndim == 3 and photons.shape[2] == len(own_nm) and photons.size > 0 and own_nm.min() > 0
     require(fits, key, path, f"has photons of shape {photons.shape} at {len(own_nm)} wavelengths; {FIX}")

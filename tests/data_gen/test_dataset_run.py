@@ -1,13 +1,16 @@
 """`photosite dataset`: the same bytes for any number of workers and restarts, and bad pictures are counted, not hidden."""
 
 import json
+import os
 import re
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from helpers.dataset_folders import TEXT, content, small_config
-from helpers.picture_files import put, random_codes
+from helpers.picture_files import put, random_codes, write
 
 from data_gen.command_line import main
 from data_gen.report.estimate import estimate, expected_decodings
@@ -17,6 +20,20 @@ from data_gen.storage.reading import read_samples
 from simulator.command_line import amounts
 from simulator.errors import PhotositeError
 
+# Every kind of picture that is computed from numbers of the camera or of files, for one camera each.
+OF_ALL_KINDS = """\
+count: 24
+crop: [16, 24]
+pictures:
+  drawn: {procedural: [dead_leaves, gradients, point_lights, text], count: 12, width: 48, height: 40, illuminants: [D65, A]}
+  photos: {photographs: files, extensions: [.png]}
+  unprocessed: {photographs: files, extensions: [.png], inverse_isp: brooks2019}
+  linear: {linear_images: files, extensions: [.exr], negative: clip}
+  cubes: {spectral_cubes: files, extensions: [.npy], wavelengths: files/wavelengths.csv}
+  shots: {shot: shot.yaml}
+noise: {cameras: {sony_a7s2: {}, canon_550d: {}}}
+writer: {format: webdataset, samples_per_shard: 24}
+"""
 PHOTOS = TEXT.replace("{procedural: [dead_leaves, text], count: 12, width: 48, height: 40}", "{photographs: photos}")
 
 
@@ -207,6 +224,29 @@ def test_the_cache_and_its_size_change_no_byte(tmp_path):
         run(config, tmp_path / f"out-{number}", decoded=cache)
         found.append(content(tmp_path / f"out-{number}"))
     assert found[0] == found[1] == found[2]
+
+
+def test_another_processors_blas_changes_no_byte(tmp_path):
+    blas = np.show_config(mode="dicts")["Build Dependencies"]["blas"]["name"]
+    if "openblas" not in blas:
+        pytest.skip(f"NumPy calls {blas}, and OpenBLAS alone can be told to calculate as another processor does")
+    light, nm = np.random.default_rng(3).random((40, 60, 31), np.float32), range(400, 701, 10)
+    put(tmp_path / "files" / "photo.png", random_codes(40, 60))
+    primaries = ("float[8]", (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767))  # of ACEScg
+    write(tmp_path / "files" / "linear.exr", light[..., :3], ["R", "G", "B"], chromaticities=primaries)
+    put(tmp_path / "files" / "cube.npy", light)
+    (tmp_path / "files" / "wavelengths.csv").write_text("\n".join(map(str, nm)), encoding="utf-8")
+    put(tmp_path / "wall.png", random_codes(40, 48))
+    (tmp_path / "shot.yaml").write_text(SHOT, encoding="utf-8")
+    config = small_config(tmp_path, OF_ALL_KINDS)
+    run(config, tmp_path / "here")
+    used = {sample.source.split("/")[0] for sample in read_samples(tmp_path / "here")}
+    assert used == set(config.pictures), used
+    environment = os.environ | {"OPENBLAS_CORETYPE": "Prescott"}  # multiplies and adds in two steps, two numbers at once
+    call = "import sys; from data_gen.command_line import main; main(sys.argv[1:])"
+    there = ["dataset", str(tmp_path / "small.yaml"), "--out", str(tmp_path / "there")]
+    subprocess.run([sys.executable, "-c", call, *there], env=environment, check=True)
+    assert content(tmp_path / "there") == content(tmp_path / "here")
 
 
 def command(*arguments) -> int:
