@@ -117,8 +117,7 @@ def measure_plane(
     line = linearity(photons, signal_dn, signal_dn[last])
     dsnu, prnu = measure_nonuniformity(dark_stack, light_stack, slope.value)
     efficiency = response / slope.value
-    counted = np.array([step.noise.rows * step.noise.columns for step in ordered])
-    mean_error = np.sqrt([point.variance_dn2 for point in points] / (2.0 * counted)) / np.maximum(signal_dn, 1e-12)
+    mean_error = np.array([step.noise.mean_error_dn for step in ordered]) / np.maximum(signal_dn, 1e-12)
     return EmvaPlane(
         gain=slope,
         responsivity_dn=response,

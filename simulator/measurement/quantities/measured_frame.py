@@ -113,6 +113,15 @@ class MeasuredFrame:
         require(any(part.size for part in parts), "area", list(area or ()), rule, file=self.name)
         return parts
 
+    def photosites_of_rows(self, plane: Plane | None, area: Area | None) -> np.ndarray:
+        """Return the number of photosites of a colour in each row of an area, (rows,) float64."""
+        rows, _ = self.cut(area)
+        numbers = np.broadcast_to(np.arange(self.dn.shape[0])[:, np.newaxis], self.dn.shape)
+        found = np.zeros(rows.stop - rows.start)
+        for part in self.planes(numbers, plane, area):
+            found[part[:, :1].ravel() - rows.start] += part.shape[1]
+        return found
+
     def signal(self, plane: Plane | None, area: Area | None) -> np.ndarray:
         """Return the codes above black of the photosites of a colour in an area, (photosites,) float64 [DN]."""
         black = [self.black_level_dn[place] for place in self.places(plane)]

@@ -24,6 +24,8 @@ class Patch:
     Noise of a simulated frame is that of the truth: the root of the mean temporal variance of its photosites (of the map
     "variance" of the truth where the shot asks for it). Noise of a raw file is estimated from second differences in the one
     frame, so it holds the fixed pattern, too, and not the row noise; the patch must be even.
+    Standard errors of a simulated frame count noise that rows share, row noise and banding, once a row; of a frame of several
+    readings, that of the first. Those of a raw file are without it.
     Noise and SNR are nan where more than 1 % of the photosites lie at the white level.
 
     area: [top, left, height, width] in photosites; left out, the whole frame.
@@ -48,7 +50,7 @@ class Patch:
             gain, dark_dn = sensor.frame_gain_dn_per_e(), sensor.dark_signal_dn()
         if clipped > MOST_CLIPPED * signal.size:
             noise_dn = error_dn = math.nan
-        of_mean = noise_dn / math.sqrt(signal.size)
+        of_mean = noise_dn / math.sqrt(signal.size) if frame.raw is None else self._error_of_mean(frame, noise_dn)
         snr = (mean_dn - dark_dn) / noise_dn if noise_dn > 0 else math.nan
         figures = {
             "mean_dn": Figure(mean_dn, "DN", of_mean),
@@ -61,6 +63,26 @@ class Patch:
             figures["mean_e"] = Figure(mean_e, "e-", 0.0)
             figures["noise_e"] = Figure(noise_dn / gain, "e-", error_dn / gain)
         return Measured(figures)
+
+    def _error_of_mean(self, frame: MeasuredFrame, noise_dn: float) -> float:
+        """Return the standard error of the mean signal of a simulated frame [DN].
+
+        Noise of a photosite falls with the photosites, noise that rows share with the rows, as far as theirs is independent.
+        noise_dn: of one photosite, of both kinds.
+        """
+        sensor, rows = frame.sensor("patch"), frame.photosites_of_rows(self.plane, self.area)
+        by_stage, photosites = sensor.row_noise_dn2(), float(rows.sum())
+        all_dn2 = sum(by_stage.values())
+        alone_dn2 = max(noise_dn**2 - all_dn2, 0.0)  # clipped codes have less noise than their rows would have
+        variance_dn2 = alone_dn2 / photosites
+        pairs = np.correlate(rows, rows, "full")[len(rows) - 1 :]  # of photosites in rows so far apart, for each distance
+        pairs[1:] *= 2.0
+        binning, averages = sensor.readout.binning, sensor.readout.averages
+        apart = np.arange(len(rows)) * (binning.factor if binning is not None and averages else 1)  # rows of the sensor
+        for stage, dn2 in by_stage.items():
+            shared_dn2 = (noise_dn**2 - alone_dn2) * dn2 / all_dn2 if all_dn2 > 0.0 else 0.0
+            variance_dn2 += shared_dn2 * max(float(pairs @ stage.row_correlation(apart)), 0.0) / photosites**2
+        return math.sqrt(variance_dn2)
 
     def _variances(self, frame: MeasuredFrame) -> list[np.ndarray]:
         """Temporal variance of the photosites of a simulated frame [DN^2], one part for each place of the colour."""

@@ -32,6 +32,11 @@ class PairNoise:
     variance_error_dn2: float
     pixel_variance_error_dn2: float
 
+    @property
+    def mean_error_dn(self) -> float:
+        """Standard error of `mean_dn` [DN]: noise of photosites falls with their number, row noise with that of the rows."""
+        return math.sqrt((self.pixel_variance_dn2 / self.columns + max(self.row_variance_dn2, 0.0)) / (2.0 * self.rows))
+
 
 def mean_of_pair(first: np.ndarray, second: np.ndarray) -> float:
     """Return the mean code of two frames [DN]."""

@@ -74,6 +74,15 @@ def test_a_linear_sensor_has_no_linearity_error(plane):
     assert max(-found.linearity.least, found.linearity.greatest) < 4 * found.linearity_error < 0.0005
 
 
+def test_row_noise_counts_once_a_row_in_the_linearity_error():
+    """sigma^2 = (row^2 + pixel^2 / columns) / (2 rows) of a pair's mean, over the signal of the dimmest step."""
+    found = measured(NumpySensor(row_noise_e=100.0, shape=(120, 160)), 16000.0)
+    dimmest_e = found.linearity.photons.min() * EFFICIENCY
+    expected = math.sqrt((100.0**2 + (25.0 + dimmest_e) / 160) / 240) / dimmest_e
+    assert found.linearity_error == pytest.approx(expected, rel=0.3)  # the variance of 120 rows, of one step
+    assert max(-found.linearity.least, found.linearity.greatest) < 4 * found.linearity_error
+
+
 def test_a_bent_response_is_seen():
     photons = np.linspace(100.0, 10000.0, 60)
     bent = photons * (1.0 - 1e-6 * photons)

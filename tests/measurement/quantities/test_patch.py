@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
-from helpers.randomness import accept, mean_p
+from helpers.randomness import accept, mean_p, variance_p
 from helpers.raw_frame import random_frame
 from helpers.scene_builders import band_scene
 from scipy import stats
@@ -22,6 +22,8 @@ from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera_sections import IsoSetting
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.hdr_readout import HdrReadout
+from simulator.sensor.seeds import Seeds
+from simulator.sensor.stages.banding import Banding
 from simulator.sensor.stages.color_bias import ColorBias
 from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
@@ -60,6 +62,38 @@ def test_the_truth_gives_mean_electrons_noise_and_snr():
     assert found["mean_dn"].value == (raw.dn[8:72, 16:96] - BLACK_DN).mean()
     assert found["mean_dn"].sigma == pytest.approx(sigma_dn / math.sqrt(64 * 80), rel=1e-4)
     assert found["snr"].value == pytest.approx(found["mean_dn"].value / sigma_dn, rel=1e-4)
+
+
+ROWS = {
+    "row_noise": {"iso_table": {100: IsoSetting(GAIN, READ_DN, row_noise_dn=20.0)}},
+    "banding": {"stages": {"photon_shot_noise": PhotonShotNoise(), "banding": Banding(20.0, 37.0)}},
+    "averaged": {"iso_table": {100: IsoSetting(GAIN, READ_DN, row_noise_dn=8.0)}, "binning": Binning(2, "average")},
+}
+
+
+@pytest.mark.parametrize(
+    "kind, cfa, area",
+    [("row_noise", "RGGB", (3, 4, 31, 33)), ("banding", "MONO", (8, 16, 31, 32)), ("averaged", "MONO", (4, 8, 15, 16))],
+)
+def test_means_scatter_by_their_standard_error_where_rows_share_noise(kind, cfa, area):
+    """Chi-square of 50 frames: (mean - its mean)^2 / sigma^2. A sine of random phase scatters less than normal numbers."""
+    shot = lit(0.01, cfa=cfa, **ROWS[kind])
+    means = []
+    for seed in range(50):
+        one = dataclasses.replace(shot, seeds=Seeds(frame=seed))
+        found = Patch(area).measure(MeasuredFrame.from_raw(simulate(one), one)).figures
+        means.append(found["mean_dn"].value)
+    sigma_dn = found["mean_dn"].sigma
+    accept({"mean": variance_p(means, sigma_dn**2)})
+    assert found["snr"].sigma == pytest.approx(sigma_dn / found["noise_dn"].value, rel=1e-12)
+
+
+def test_rows_count_once_in_the_standard_error():
+    """sigma^2 = (v - v_row) / N + v_row / rows, of both greens in as many rows as the area has."""
+    shot = lit(0.1, iso_table={100: IsoSetting(GAIN, READ_DN, row_noise_dn=4.0)})
+    found = Patch((8, 16, 20, 32)).measure(MeasuredFrame.from_raw(simulate(shot), shot)).figures
+    alone_dn2 = found["noise_dn"].value ** 2 - 16.0
+    assert found["mean_dn"].sigma == pytest.approx(math.sqrt(alone_dn2 / 320 + 16.0 / 20), rel=1e-9)
 
 
 def test_dark_current_is_noise_and_no_signal():
