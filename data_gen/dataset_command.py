@@ -7,7 +7,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from data_gen.recipe.dataset_config import load_data_set
+from data_gen.recipe.dataset_config import DataSet, load_data_set
 from data_gen.report.estimate import estimate
 from data_gen.run import run
 from data_gen.sources.decoded_pictures import DecodedPictures
@@ -29,6 +29,7 @@ def make(
 ) -> None:
     """Make a data set; the manifest's path goes to stdout, problems of pictures to stderr."""
     config = load_data_set(path, settings)
+    _show_warnings(config)
     with show_progress("samples") as progress:
         outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress, decoded=decoded)
     _show_problems(outcome.problems, f"; {outcome.manifest.name} lists all")
@@ -74,10 +75,17 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
     for name, value in rows.items():
         table.add_row(name, escape(value))
     console().print(table)
+    _show_warnings(config)
     made = f" for the {format_count(found.made, 'sample')} made for this estimate"
     _show_problems(found.problems, f"{made}; those of the data set are counted when it is made")
     if needed > free:
         tell(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
+
+
+def _show_warnings(config: DataSet) -> None:
+    """Print what is to be known of the cameras' noise."""
+    for line in config.noise.warnings():
+        tell(f"warning: {line}")
 
 
 def _show_problems(problems: dict[str, int], rest: str) -> None:

@@ -184,7 +184,7 @@ def _describe(config: DataSet) -> About:
     lines = tuple(
         f"{name}: {kind.replace('_', ' ')}, weight {config.picture_weights.get(name, 1.0):g}" for name, kind in kinds.items()
     )
-    return About(config.name, config.description, config.license, lines)
+    return About(config.name, config.description, config.license, lines, config.noise.warnings())
 
 
 def _problems_name(shard: Shard) -> str:

@@ -6,7 +6,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
-from data_gen.recipe.noise_setting import NoiseSetting
+from data_gen.recipe.noise_setting import NoiseSetting, told_of_clipped_dark
 from simulator.config.distributions import (
     Choice,
     Distribution,
@@ -181,6 +181,14 @@ class CameraNoise:
     def table(self) -> list[tuple[str, str]]:
         """Return each camera with its ISOs, as text for a table on the screen."""
         return [(name, ", ".join(map(str, choice.range()))) for name, choice in self.cameras.items()]
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return a line for each camera whose dark codes are clipped, with its ISOs of `range` at which they are."""
+        clipped = {
+            name: [iso for iso in choice.range() if self.setting(name, iso).clips_dark] for name, choice in self.cameras.items()
+        }
+        listed = {name: ", ".join(map(str, isos)) for name, isos in clipped.items() if isos}
+        return tuple(told_of_clipped_dark(name, f" at ISO {isos}") for name, isos in listed.items())
 
     def _weights(self) -> tuple[float, ...]:
         """Return how often each camera is drawn against the others."""

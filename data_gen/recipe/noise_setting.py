@@ -4,10 +4,18 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from simulator.measurement.noise_check.expected import CLEAR_SIGMAS, is_clear_of_zero
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import signal_steps, stage_moments, white_level_dn
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.stage import Stage
+
+
+def told_of_clipped_dark(label: str, where: str = "") -> str:
+    """Return what is to be known of a camera or line of noise that clips dark codes. where: at which settings."""
+    reason = f"its pedestal is below {CLEAR_SIGMAS:g} standard deviations of the dark"
+    numbers = "black_level_dn and read_noise_dn are those without this clipping, which lit codes have"
+    return f"{label}: codes of black end at 0{where}, since {reason}; {numbers}"
 
 
 @dataclass(frozen=True)
@@ -38,7 +46,7 @@ class NoiseSetting:
         """Mean code of a photosite without light [DN]: the pedestal, and the mean of the dark current where there is one.
 
         As in the truth of a shot, what differs between photosites or colours is noise: hot photosites, fixed patterns, colour
-        bias.
+        bias. Codes that end at 0 are not part of it, so that lit codes scatter about black + light where black ones cannot.
         """
         return float(stage_moments(tuple(stage for stage in self.stages if stage.changes_mean), 0.0).mean)
 
@@ -54,8 +62,16 @@ class NoiseSetting:
 
     @cached_property
     def read_noise_dn(self) -> float:
-        """Standard deviation of the dark code in one frame [DN]: read noise, row noise, dark current, rounding."""
+        """Standard deviation of the dark code in one frame [DN]: read noise, row noise, dark current, rounding.
+
+        Codes that end at 0 are not part of it, as in `black_level_dn`.
+        """
         return math.sqrt(stage_moments(self.stages, 0.0).variance)
+
+    @property
+    def clips_dark(self) -> bool:
+        """Whether the pedestal is so low that codes without light end at 0."""
+        return not is_clear_of_zero(stage_moments(self.stages, 0.0))
 
     @property
     def reference_electrons(self) -> float:

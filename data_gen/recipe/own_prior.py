@@ -8,16 +8,19 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from data_gen.recipe.noise_setting import NoiseSetting
+from data_gen.recipe.noise_setting import NoiseSetting, told_of_clipped_dark
 from data_gen.recipe.prior_cameras import LineCamera
 from data_gen.recipe.published_priors import LinePrior, check_prior_camera
 from simulator.config.distributions import Distribution, check_weights
 from simulator.config.random_streams import RandomStream
 from simulator.errors import require
+from simulator.measurement.noise_check.expected import is_clear_of_zero
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import in_order
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.stage import Moments
+from simulator.sensor.stages.tukey_lambda_polynomial import tukey_lambda_deviation
 from simulator.units import DigitalNumbers, DigitalNumbersPerElectron
 
 _SCATTERS = 5.0  # standard deviations about a line that must be a noise which the codes can hold
@@ -40,6 +43,10 @@ class NoiseLine:
         for key, value in (("slope", self.slope), ("intercept", self.intercept)):
             require(math.isfinite(value), key, value, "give a finite number")
         require(0 <= self.scatter < math.inf, "scatter", self.scatter, "a standard deviation is not negative")
+
+    def sigma_dn(self, gain_dn_per_e: float) -> float:
+        """Return sigma on the line [DN]."""
+        return math.exp(self.slope * math.log(gain_dn_per_e) + self.intercept)
 
     def largest_sigma_dn(self, ln_gain: float) -> float:
         """Return sigma at a gain, five standard deviations above the line [DN]; inf where that is too large a number."""
@@ -71,6 +78,18 @@ class LineNoise:
         require(low < high < math.inf, "highest_gain", f"{high:g} DN/e-", f"give more than the lowest gain, {low:g} DN/e-")
         for shape in self.tukey_lambda:
             ReadNoiseAfterGain(1.0, shape)  # checks the shape
+
+    def dark_sigma_dn(self, is_scale: bool) -> float:
+        """Return the largest standard deviation of the dark on the lines, without their scatter [DN].
+
+        is_scale: as in `line_camera`.
+        """
+        factor = max(map(tukey_lambda_deviation, self.tukey_lambda)) if is_scale else 1.0
+        row = self.row_noise
+        return max(
+            math.hypot(factor * self.read_noise.sigma_dn(gain), row.sigma_dn(gain) if row is not None else 0.0)
+            for gain in (self.lowest_gain_dn_per_e, self.highest_gain_dn_per_e)
+        )
 
     def line_camera(self, name: str, is_scale: bool) -> LineCamera:
         """Return this as the published lines are held. is_scale: the read noise is the scale of a Tukey-lambda distribution."""
@@ -146,3 +165,9 @@ class OwnPrior:
             (name, f"K {line.lowest_gain_dn_per_e:g} to {line.highest_gain_dn_per_e:g} DN/e-")
             for name, line in self.lines.items()
         ]
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return a line for each line of noise whose dark codes are clipped at an end of its range."""
+        is_scale = self.read_noise_is == "tukey_scale"
+        darks = {name: Moments(self.black_level_dn, line.dark_sigma_dn(is_scale) ** 2) for name, line in self.lines.items()}
+        return tuple(told_of_clipped_dark(name) for name, dark in darks.items() if not is_clear_of_zero(dark))

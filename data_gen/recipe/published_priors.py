@@ -138,6 +138,10 @@ class PriorNoise:
         """Return the prior's name and what it has in place of ISOs, as text for a table on the screen."""
         return [(self.prior, "no ISO: K and noise are drawn")]
 
+    def warnings(self) -> tuple[str, ...]:
+        """Return nothing: a published prior has a pedestal above its noise."""
+        return ()
+
 
 def check_prior_camera(camera: Camera) -> None:
     """Raise PhotositeError for a camera of clean pictures whose colour filter is not a Bayer pattern."""

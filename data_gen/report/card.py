@@ -35,12 +35,17 @@ _TITLES = {
 
 @dataclass(frozen=True)
 class About:
-    """What only the author knows. licence: of the data set, such as CC-BY-4.0. sources: a line for each collection used."""
+    """What only the author and the configuration know.
+
+    licence: of the data set, such as CC-BY-4.0. sources: a line for each collection used. warnings: what is to be known of the
+    numbers of samples.
+    """
 
     name: str
     description: str = ""
     licence: str = "not stated"
     sources: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def write_card(folder: Path, about: About, shown_samples: int = SHOWN_SAMPLES) -> Path:
@@ -87,6 +92,7 @@ def _text(content: Mapping, shard: str, pictures: bool) -> str:
         f"`exposure_ratios` times the light of the noisy frame. {lossy} "
         "The facts of a sample name camera, ISO, K (`gain_dn_per_e`, DN/e⁻), read noise, levels, white balance, colour "
         "matrix, seeds, source and crop.",
+        "\n".join(f"- {line}." for line in content["warnings"]),
         "## Where it comes from",
         "\n".join(f"- {line}" for line in content["sources"]) or "Not stated.",
         f"{content['pictures']} pictures were used; {content['problem_count']} problems are listed in manifest.json.",

@@ -21,8 +21,9 @@ class Sample:
         `exposure_ratio` times the light of the noisy frame; clipped at white [DN].
     variance_dn2: (frames, height, width) float32, variance of each noisy code [DN^2]; None when it was not asked for.
     cfa: colours of the 2x2 block at the upper left corner, row by row.
-    black_level_dn: mean code without light, dark current included [DN]. white_level_dn: [DN]. bit_depth: of the codes.
-    gain_dn_per_e: K of EMVA 1288 [DN/e-]. read_noise_dn: standard deviation of the dark code in one frame [DN].
+    black_level_dn: mean code without light, dark current included, if none ended at 0 [DN]. white_level_dn: [DN].
+    bit_depth: of the codes.
+    gain_dn_per_e: K of EMVA 1288 [DN/e-]. read_noise_dn: standard deviation of that code in one frame [DN].
     white_balance: gains of R, G, B that make the light's white neutral, green = 1.
     color_matrix: (3, 3) XYZ to camera under D65; None when not known.
     exposure_ratios: light of the reference exposure over that of each noisy frame, (frames,).

@@ -272,6 +272,18 @@ def test_the_command_makes_estimates_and_verifies(tmp_path, capsys):
     assert "none.yaml" in capsys.readouterr().err
 
 
+def test_cameras_whose_black_ends_at_zero_are_told_in_plan_run_and_card(tmp_path, capsys):
+    (tmp_path / "small.yaml").write_text(TEXT.replace("imx385: {}", "nikon_d3: {}"), encoding="utf-8")
+    file, out = tmp_path / "small.yaml", tmp_path / "out"
+    told = "nikon_d3: codes of black end at 0 at ISO 200"
+    for extra in (["--dry-run"], ["--set", "count=2"]):
+        assert command("dataset", file, "--out", out, *extra) == 0
+        shown = " ".join(capsys.readouterr().err.split())
+        assert f"warning: {told}" in shown and "sony_a7s2:" not in shown
+    assert told in (out / "card.md").read_text(encoding="utf-8")
+    assert [line[: len(told)] for line in json.loads((out / "card.json").read_text())["warnings"]] == [told]
+
+
 @pytest.mark.parametrize("count, text", [(999.0, "999 B"), (1.58e9, "1.58 GB"), (2e15, "2 PB")])
 def test_sizes_are_told_in_words(count, text):
     assert amounts.format_bytes(count) == text

@@ -37,7 +37,11 @@ def dark_moments(sensor: SensorPlan, rows: bool = True) -> Moments:
 
 def is_pedestal_sufficient(sensor: SensorPlan) -> bool:
     """Whether the black level is high enough that the noise of dark frames is not clipped at code 0."""
-    dark = sensor.moments(0.0)
+    return is_clear_of_zero(sensor.moments(0.0))
+
+
+def is_clear_of_zero(dark: Moments) -> bool:
+    """Whether codes with these moments, those without light [DN], hardly ever end at code 0."""
     return dark.mean >= CLEAR_SIGMAS * math.sqrt(dark.variance + dark.fixed_variance)
 
 

@@ -63,6 +63,13 @@ def test_noises_lie_on_the_lines_with_their_scatter_and_lines_have_their_weights
     )
 
 
+def test_a_pedestal_below_four_deviations_of_the_dark_is_told():
+    """ln sigma = ln K + 0.4: at K = 8 DN/e- 11.9 DN, four of which are 47.7 DN."""
+    enough, little = (OwnPrior({"plain": PLAIN}, toy_camera(), black_dn) for black_dn in (48.0, 47.0))
+    assert enough.warnings() == () and len(little.warnings()) == 1
+    assert little.warnings()[0].startswith("plain: codes of black end at 0")
+
+
 def test_a_line_without_scatter_rows_and_shapes_is_exact_and_normal():
     for one in drawn(own(), 400):
         if one["label"] == "plain":
