@@ -47,12 +47,13 @@ def _check_temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBen
     """Check K, quantum efficiency, dark noise, saturation, SNR, dynamic range and linearity."""
     plane, sensor = found.planes[name], one.sensor
     gain_dn_per_e, efficiency = expected_gain(bench.camera, bench.iso, sensor), _efficiency(name, found, bench)
-    dark_dn2, saturation_e = dark_moments(sensor).variance, _saturation_e(one)
+    dark_dn2 = dark_moments(sensor).variance
+    saturation_e, step_error = _saturation_e(one, found.dark_stacks[name].mean_dn.size)
     sigma_d = math.sqrt(max(dark_dn2 - 1.0 / 12.0, 0.0)) / gain_dn_per_e
     k_error = plane.gain.standard_error / plane.gain.value
     read_error = plane.read_noise.standard_error / sigma_d if sigma_d > 0 else 0.0
-    read_tolerance = max(READ_NOISE_TOLERANCE, LEAST_SIGMAS * read_error)
-    ratio, range_tolerance = saturation_e / (math.sqrt(dark_dn2) / gain_dn_per_e + 0.5), max(RANGE_TOLERANCE, read_tolerance)
+    saturation_error = math.hypot(k_error, step_error)
+    ratio, range_error = saturation_e / (math.sqrt(dark_dn2) / gain_dn_per_e + 0.5), math.hypot(read_error, saturation_error)
     line, line_error, snr = plane.linearity, 100.0 * plane.linearity_error, math.sqrt(saturation_e)
     bend = max(LINEARITY_TOLERANCE, LEAST_SIGMAS * line_error)
     noise_reason, line_reason, eta = (
@@ -60,22 +61,23 @@ def _check_temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBen
         reason_linearity_is_unmeasurable(sensor),
         plane.quantum_efficiency.value,
     )
-    k_tolerance, eta_tolerance = (max(least, LEAST_SIGMAS * k_error) for least in (GAIN_TOLERANCE, EFFICIENCY_TOLERANCE))
     k_reason, eta_reason = (
         reason_gain_is_unmeasurable(sensor) or line_reason,
         reason_efficiency_is_unmeasurable(sensor) or line_reason,
     )
     rows: list[tuple[str, float, float, float, float, str, str]] = [
-        ("K", plane.gain.value, gain_dn_per_e, k_tolerance, k_error, "DN/e-", k_reason),
-        ("quantum efficiency", eta, efficiency, eta_tolerance, k_error, "e-/photon", eta_reason),
-        ("sigma_d", plane.read_noise.value, sigma_d, read_tolerance, read_error, "e-", noise_reason or k_reason),
-        ("saturation", plane.saturation_e, saturation_e, SATURATION_TOLERANCE, k_error, "e-", k_reason),
-        ("SNR_max", plane.snr_max, snr, SNR_TOLERANCE, k_error / 2.0, "", k_reason),
-        ("dynamic range", plane.dynamic_range, ratio, range_tolerance, read_error, "", noise_reason or k_reason),
+        ("K", plane.gain.value, gain_dn_per_e, GAIN_TOLERANCE, k_error, "DN/e-", k_reason),
+        ("quantum efficiency", eta, efficiency, EFFICIENCY_TOLERANCE, k_error, "e-/photon", eta_reason),
+        ("sigma_d", plane.read_noise.value, sigma_d, READ_NOISE_TOLERANCE, read_error, "e-", noise_reason or k_reason),
+        ("saturation", plane.saturation_e, saturation_e, SATURATION_TOLERANCE, saturation_error, "e-", k_reason),
+        ("SNR_max", plane.snr_max, snr, SNR_TOLERANCE, saturation_error / 2.0, "", k_reason),
+        ("dynamic range", plane.dynamic_range, ratio, RANGE_TOLERANCE, range_error, "", noise_reason or k_reason),
     ]
     checks = [
-        ToleranceCheck(quantity, name, measured, expected, tolerance, error, unit, reason_unchecked=reason)
-        for quantity, measured, expected, tolerance, error, unit, reason in rows
+        ToleranceCheck(
+            quantity, name, measured, expected, max(least, LEAST_SIGMAS * error), error, unit, reason_unchecked=reason
+        )
+        for quantity, measured, expected, least, error, unit, reason in rows
     ]
     for quantity, value in (("LE_min", line.least), ("LE_max", line.greatest)):
         checks.append(
@@ -94,8 +96,11 @@ def _efficiency(name: str, found: EmvaCamera, bench: EmvaBench) -> float:
     return float(curves[0, list(bench.colors).index(COLOR_OF[name])]) * camera.fill_factor
 
 
-def _saturation_e(bench: FlatBench) -> float:
+def _saturation_e(bench: FlatBench, photosites: int) -> tuple[float, float]:
     """Predict the electrons at the light step of largest temporal variance, which EMVA 1288 takes as saturation.
+
+    The second number is the relative standard deviation from it of the step that is found, since the variance of a pair of
+    so many photosites scatters by sqrt(2 / photosites) of it.
 
     The model is normal noise clipped at the white level. Its variance is averaged over photosites, whose mean signals
     scatter by the fixed pattern, which is taken as normal, too.
@@ -111,7 +116,20 @@ def _saturation_e(bench: FlatBench) -> float:
     fixed = np.sqrt(dark.fixed_variance + added * signal**2)
     mean = (dark.mean + signal)[:, np.newaxis] + fixed[:, np.newaxis] * nodes
     variance = _cut_variance(mean, np.sqrt(dark.variance + rise * np.maximum(mean - dark.mean, 0.0)), white)
-    return float(shares[np.argmax(variance @ weights)]) * bench.saturation_e
+    found = variance @ weights
+    expected = float(shares[np.argmax(found)])
+    chances = _chances_of_largest(found, math.sqrt(2.0 / photosites) * np.maximum(found, 1e-6 * found.max()))
+    return expected * bench.saturation_e, math.sqrt(float(chances @ (shares / expected - 1.0) ** 2))
+
+
+def _chances_of_largest(mean: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Return for each of several independent normal numbers the chance that it is the largest."""
+    values = np.linspace((mean - 8.0 * sigma).max(), (mean + 8.0 * sigma).max(), 4001)
+    z = (values - mean[:, np.newaxis]) / sigma[:, np.newaxis]
+    below = stats.norm.logcdf(z)
+    density = np.exp(below.sum(axis=0) - below + stats.norm.logpdf(z)) / sigma[:, np.newaxis]
+    chances = density.sum(axis=1)
+    return np.asarray(chances / chances.sum())
 
 
 def _cut_variance(mean: np.ndarray, spread: np.ndarray, top: float) -> np.ndarray:

@@ -37,28 +37,36 @@ def check_iso(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Tole
     smallest_e = math.sqrt(dark_moments(sensor, rows=False).variance) / gain_dn_per_e + 0.5
     stops, gain_reason = (
         math.log2(full_scale_e / smallest_e),
-        reason_gain_is_unmeasurable(sensor) or reason_linearity_is_unmeasurable(sensor),
+        reason_gain_is_unmeasurable(sensor) or reason_linearity_is_unmeasurable(sensor) or _imprecise(wanted),
     )
+    range_error = math.hypot(read_error, error) / math.log(2.0)
     checks = [
         ToleranceCheck(
             "K",
             where,
             found.gain.value,
             gain_dn_per_e,
-            GAIN_TOLERANCE,
+            max(GAIN_TOLERANCE, LEAST_SIGMAS * error),
             error,
             "DN/e-",
-            reason_unchecked=gain_reason or _imprecise(wanted),
+            reason_unchecked=gain_reason,
         ),
         ToleranceCheck(
-            "read noise", where, found.read_noise_dn, read_dn, READ_NOISE_TOLERANCE, read_error, "DN", reason_unchecked=reason
+            "read noise",
+            where,
+            found.read_noise_dn,
+            read_dn,
+            max(READ_NOISE_TOLERANCE, LEAST_SIGMAS * read_error),
+            read_error,
+            "DN",
+            reason_unchecked=reason,
         ),
         ToleranceCheck(
             "full scale",
             where,
             found.full_scale_e,
             full_scale_e,
-            FULL_SCALE_TOLERANCE,
+            max(FULL_SCALE_TOLERANCE, LEAST_SIGMAS * error),
             error,
             "e-",
             reason_unchecked=gain_reason,
@@ -68,8 +76,8 @@ def check_iso(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Tole
             where,
             found.dynamic_range_stops,
             stops,
-            RANGE_TOLERANCE_STOPS,
-            math.hypot(read_error, error) / math.log(2.0),
+            max(RANGE_TOLERANCE_STOPS, LEAST_SIGMAS * range_error),
+            range_error,
             "stops",
             relative=False,
             reason_unchecked=reason or gain_reason,
@@ -118,8 +126,9 @@ def check_iso_table(found: Sequence[IsoNoise], gains: dict[int, float], read_noi
         first, second = by_iso[low], by_iso[high]
         error = math.hypot(*(part for one in (first, second) for part in _relative_errors(one)))
         measured, expected = first.read_noise_e / second.read_noise_e, read_noise_e[low] / read_noise_e[high]
+        tolerance = max(STEP_TOLERANCE, LEAST_SIGMAS * error)
         checks.append(
-            ToleranceCheck("step of read noise", f"ISO {low} to {high}", measured, expected, STEP_TOLERANCE, error, "e-/e-")
+            ToleranceCheck("step of read noise", f"ISO {low} to {high}", measured, expected, tolerance, error, "e-/e-")
         )
     return checks
 
@@ -130,6 +139,6 @@ def _relative_errors(one: IsoNoise) -> tuple[float, float]:
 
 
 def _imprecise(wanted: FramePlan) -> str:
-    """Return why K cannot be checked with this number of frames, or an empty string."""
+    """Return why K, and what is divided by it, cannot be checked with this number of frames, or an empty string."""
     error = LEAST_SIGMAS * wanted.gain_error
     return f"shot noise is so weak that {LEAST_SIGMAS:g} standard errors are {100 * error:.2g} %" if error > 0.0061 else ""

@@ -65,6 +65,19 @@ def test_a_mono_camera_is_measured_back(report):
     assert report.found.dark_current_e_per_s["MONO"][0].value == pytest.approx(20.0, rel=0.02)
 
 
+@pytest.mark.parametrize("seed", [1, 1000])
+def test_small_frames_widen_every_gate_to_four_standard_errors(tmp_path, seed):
+    """The step of the largest variance among those 1 % apart is found by chance where few photosites tell it."""
+    body = dataclasses.replace(mono(), width_px=64, height_px=48)
+    report = validate_emva(body, 100, tmp_path, seed=seed)
+    assert not failed(report.checks)
+    for check in report.checks:
+        assert bool(check.reason_unchecked) or check.tolerance >= (4.0 - 1e-9) * check.error, check
+    found = {check.quantity: check for check in report.checks}
+    assert found["saturation"].tolerance > 0.02 and found["SNR_max"].tolerance > 0.01
+    assert found["saturation"].error > found["K"].error and found["SNR_max"].error == found["saturation"].error / 2
+
+
 def test_the_patterns_of_a_body_are_measured_back(tmp_path):
     stages = {
         "photon_shot_noise": PhotonShotNoise(),

@@ -112,6 +112,22 @@ def test_a_body_with_patterns_row_noise_and_long_tails(tmp_path):
     assert report.of("read noise")[0].expected == pytest.approx(np.sqrt(16.0 + 0.25 * 0.001 * 400.0))
 
 
+def test_small_frames_widen_every_gate_to_four_standard_errors(sony, tmp_path):
+    small = dataclasses.replace(sony, width_px=64, height_px=48)
+    report = validate_noise(small, [800], tmp_path, keep=False)
+    gated = [check for check in report.checks if not check.reason_unchecked]
+    assert not failed(report.checks) and "read noise" in {check.quantity for check in gated}
+    for check in gated:
+        assert check.tolerance >= (4.0 - 1e-9) * check.error, check
+    assert report.of("read noise")[0].tolerance > 0.015
+
+
+def test_what_is_divided_by_k_is_gated_where_k_is(sony, tmp_path):
+    small = dataclasses.replace(sony, width_px=64, height_px=48)
+    report = validate_noise(small, [100], tmp_path, keep=False)
+    assert all("standard errors" in report.of(name)[0].reason_unchecked for name in ("K", "full scale", "dynamic range"))
+
+
 def test_read_noise_below_half_a_code_is_not_asked_for(tmp_path):
     report = validate_noise(camera({100: (0.1, 0.3)}, 512.0, 14, "MONO"), [100], tmp_path)
     assert not failed(report.checks) and "rounding" in report.of("read noise")[0].reason_unchecked
