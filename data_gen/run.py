@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,8 +77,7 @@ def fingerprint(config: DataSet) -> str:
     digest = hashlib.sha256(f"{__version__}\n{json.dumps(config.resolved, sort_keys=True)}\n".encode())
     for collection in config.pictures:
         source = open_collection(config.pictures, collection, config.noise.list_cameras()[0])
-        digest.update("\n".join((collection, *source.names(), "")).encode())
-        for text in source.fingerprints():
+        for text in chain([collection], source.names(), source.fingerprints()):
             digest.update(f"{text}\n".encode())
     return digest.hexdigest()[:32]
 

@@ -1,5 +1,6 @@
 """The recipe of a sample: all that is drawn for it. A function of the configuration and the sample's number alone."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from data_gen.recipe.dataset_config import DataSet
@@ -68,7 +69,7 @@ def draw_recipe(config: DataSet, index: int, attempt: int = 0) -> Recipe:
     )
 
 
-def choose_picture(names: tuple[str, ...], group: RandomStream) -> str:
+def choose_picture(names: Sequence[str], group: RandomStream) -> str:
     """Return the picture of a group among those of its collection."""
     return names[group.integer("picture", len(names))]
 

@@ -2,10 +2,9 @@
 
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, get_args, overload
 
 import numpy as np
 
@@ -18,6 +17,32 @@ from simulator.sensor.camera.camera import Camera
 
 Kind = Literal["dead_leaves", "gradients", "slanted_edges", "color_patches", "text", "point_lights"]
 LARGEST_SIDE_PX = 8192
+
+
+@dataclass(frozen=True)
+class DrawingNames(Sequence[str]):
+    """The names of the first `size` drawings of these kinds, which are made when they are asked for: there may be 10^9."""
+
+    kinds: tuple[str, ...]
+    size: int
+
+    def __len__(self) -> int:
+        return self.size
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[str, ...]: ...
+    def __getitem__(self, index: int | slice) -> str | tuple[str, ...]:
+        if isinstance(index, slice):
+            return tuple(map(self._name, range(self.size)[index]))
+        return self._name(range(self.size)[index])
+
+    def __iter__(self) -> Iterator[str]:
+        return map(self._name, range(self.size))
+
+    def _name(self, index: int) -> str:
+        return f"{self.kinds[index % len(self.kinds)]}/{index // len(self.kinds):06d}"
 
 
 @dataclass(frozen=True)
@@ -53,14 +78,9 @@ class Procedural:
         require(0 < self.white_signal < 1e6, "white_signal", self.white_signal, "give a signal above 0, such as 0.9")
         check_illuminants(self.illuminants, "illuminants")
 
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> Sequence[str]:
         """Return KIND/NUMBER of the first `count` pictures, the kinds in turn."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        kinds = self.procedural
-        return tuple(f"{kinds[index % len(kinds)]}/{index // len(kinds):06d}" for index in range(self.count))
+        return DrawingNames(self.procedural, self.count)
 
     def fingerprints(self) -> Iterator[str]:
         """Yield nothing: drawings have no files."""

@@ -1,6 +1,6 @@
 """Where clean pictures come from. A source lists names cheaply and in a fixed order, and reads one of them at a time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -86,7 +86,7 @@ class Picture(Protocol):
 class PictureSource(Protocol):
     """A collection of clean pictures."""
 
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> Sequence[str]:
         """Names of all pictures, unique, in an order that does not depend on the machine."""
         ...
 

@@ -58,8 +58,16 @@ def test_a_picture_follows_from_its_name_alone(source, camera, kind):
 
 def test_names_take_the_kinds_in_turn_and_go_on_without_end(source):
     short = replace(source, procedural=("text", "gradients"), count=5)
-    assert short.names() == ("text/000000", "gradients/000000", "text/000001", "gradients/000001", "text/000002")
+    assert tuple(short.names()) == ("text/000000", "gradients/000000", "text/000001", "gradients/000001", "text/000002")
     assert read(short, "text/123456789").signal.shape == (48, 61, 3)
+
+
+def test_names_of_a_billion_drawings_take_no_memory(source):
+    names = replace(source, procedural=("text", "gradients"), count=10**9).names()
+    assert (len(names), names[0], names[-1]) == (10**9, "text/000000", "gradients/499999999")
+    assert tuple(names[1_999_999:2_000_002]) == ("gradients/999999", "text/1000000", "gradients/1000000")
+    with pytest.raises(IndexError):
+        names[10**9]
 
 
 def test_the_draw_chooses_the_light_and_white_balance_follows(camera):
