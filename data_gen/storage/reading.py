@@ -31,6 +31,9 @@ class SampleFolder:
     def __len__(self) -> int:
         return sum(record.count for record in self.records)
 
+    def __iter__(self) -> Iterator[Sample]:
+        return self.read()
+
     def __getitem__(self, index: int) -> Sample:
         return next(self.read([index]))
 

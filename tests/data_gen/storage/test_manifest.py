@@ -70,6 +70,7 @@ def test_samples_of_any_format_read_back_by_index(tmp_path, name):
     write_toy_folder(tmp_path, name)
     folder = pickle.loads(pickle.dumps(SampleFolder(tmp_path)))
     assert len(folder) == 7 and [sample.index for sample in folder.read()] == list(range(7))
+    assert [sample.index for sample in folder] == list(range(7))
     assert [sample.index for sample in read_samples(tmp_path, [6, 0, 4, 3, 0])] == [6, 0, 4, 3, 0]
     if name not in ("eld", "dng"):
         assert same(folder[5], toy_sample(5))
