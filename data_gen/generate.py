@@ -118,7 +118,9 @@ class Generator:
         camera = one.setting.camera
         key = (one.collection, self._cameras[id(camera)])
         if key not in self._sources:
-            self._sources[key] = open_collection(self.config.pictures, one.collection, camera, self._decoded)
+            self._sources[key] = open_collection(
+                self.config.pictures, one.collection, camera, self._decoded, self.device.info.label
+            )
         name = choose_picture(self._sources[key].names(), one.group)
         picture = self._read.pop((key, one.group), None)
         if picture is None:

@@ -109,7 +109,7 @@ def run(
         path.write_text(dump_yaml(config.resolved), encoding="utf-8")
     missing = [shard for shard in plan if shard.index not in found]
     if missing and config.on_problem == "refuse":
-        check_pictures(config, progress, decoded)
+        check_pictures(config, progress, decoded, device)
     steps = Steps(progress, config.count)
     steps.add(SAMPLES, sum(record.count for record in found.values()))
     if missing and (workers > 1 or scheduler):
@@ -125,11 +125,13 @@ def run(
     return Outcome(manifest, len(missing), len(found), problems)
 
 
-def check_pictures(config: DataSet, progress: Progress = silent, decoded: DecodedPictures | None = None) -> None:
+def check_pictures(
+    config: DataSet, progress: Progress = silent, decoded: DecodedPictures | None = None, device: str | None = None
+) -> None:
     """Read all pictures that lie in files once. Raises PhotositeError that lists those which cannot be used."""
     cfas: list[CfaName] = sorted({camera.cfa for camera in config.noise.list_cameras()})
     for collection in config.pictures:
-        source = open_collection(config.pictures, collection, config.noise.list_cameras()[0], decoded)
+        source = open_collection(config.pictures, collection, config.noise.list_cameras()[0], decoded, device)
         if not isinstance(source, Procedural):
             (height, width), margin = config.crop_px, margin_px(config)
             around = height + 2 * margin, width + 2 * margin
@@ -156,14 +158,16 @@ def make_shard(task: Task, shard: Shard, steps: Steps | None = None) -> int:
 
 
 @lru_cache(maxsize=4)
-def _sources_of(_fingerprint: str, _limit_bytes: int, _place: Path) -> dict[tuple[str, int], PictureSource]:
+def _sources_of(
+    _fingerprint: str, _limit_bytes: int, _place: Path, _device: str | None
+) -> dict[tuple[str, int], PictureSource]:
     """Return the dictionary of open collections of a configuration that keep decoded pictures there, empty at first."""
     return {}
 
 
 def _sources(task: Task) -> dict[tuple[str, int], PictureSource]:
     """Return the open collections, which a process keeps between shards: listing a folder of a million pictures is slow."""
-    return _sources_of(task.fingerprint, task.decoded.limit_bytes, task.decoded.place)
+    return _sources_of(task.fingerprint, task.decoded.limit_bytes, task.decoded.place, task.device)
 
 
 def _make_on_cluster(client: "Client", task: Task, shards: Iterable[Shard], steps: Steps) -> None:

@@ -13,7 +13,7 @@ from data_gen.sources.raw_files import RawFiles
 from data_gen.sources.shots import Shots
 from data_gen.sources.source import PictureSource
 from data_gen.sources.spectral_cubes import SpectralCubes
-from simulator.config import defer_fields
+from simulator.config import defer_fields, hide_fields
 from simulator.errors import PhotositeError
 from simulator.sensor.camera.camera import Camera
 
@@ -21,10 +21,11 @@ Pictures = Procedural | Photographs | LinearImages | SpectralCubes | RawFiles | 
 KINDS = get_args(Pictures)
 
 # A collection is seen by any camera of the data set, so its section leaves the camera open; raw files and shots have their own.
-# Where decoded pictures are kept is a matter of the machine, not of the data set.
+# Where decoded pictures are kept, and what computes shots, is a matter of the machine, not of the data set.
 for _kind in KINDS:
     if "camera" in {field.name for field in fields(_kind)}:
         defer_fields(_kind, "camera", "decoded")
+hide_fields(Shots, "device")
 
 
 class UnfinishedPictures(Protocol):
@@ -40,17 +41,21 @@ def open_collection(
     collection: str,
     camera: Camera,
     decoded: DecodedPictures | None = None,
+    device: str | None = None,
 ) -> PictureSource:
     """Return a collection as a camera sees it.
 
     pictures: sections as the configuration builds them: sources, or functions that take the camera and return a source.
     decoded: where a collection that decodes pictures keeps them.
+    device: part of the label of the OpenCL device on which a collection computes pictures, None for the default.
     Raises PhotositeError with the key in the configuration.
     """
     try:
         made = pictures[collection]
         source = made if isinstance(made, PictureSource) else made(camera=camera)
-        return replace(source, decoded=decoded) if isinstance(source, Photographs) else source
+        if isinstance(source, Photographs):
+            return replace(source, decoded=decoded)
+        return replace(source, device=device) if isinstance(source, Shots) else source
     except PhotositeError as error:
         section = f"pictures.{collection}"
         raise (error.replace(key=f"{section}.{error.key}") if error.names_a_value else error.inside(section)) from None

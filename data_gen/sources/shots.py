@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated
@@ -34,9 +34,11 @@ class Shots:
     Planes of all three colours where photosites share nothing; with crosstalk or binning, which mix neighbours, the mosaic
     of the shot's own camera.
     shot: file as `photosite simulate` takes it.
+    device: part of the label of the OpenCL device that computes them, None for the default.
     """
 
     shot: Annotated[Path, "shot file, with or without a sweep"]
+    device: str | None = field(default=None, compare=False, repr=False)
 
     def names(self) -> tuple[str, ...]:
         """Return the names of the sweep's points, or that of the single shot. Raises PhotositeError for a wrong file."""
@@ -75,7 +77,7 @@ class Shots:
             name in self._names, "shot", name, f"no such shot in {self.shot}, which has {self._names[0]} to {self._names[-1]}"
         )
         try:
-            return clean_picture(self._shot(name), open_device())
+            return clean_picture(self._shot(name), open_device(self.device))
         except PhotositeError as error:
             raise error.with_file(self.shot, part=name) from error
 

@@ -6,7 +6,7 @@ shot needs none of them.
 
 from simulator.config.any_file import load_file
 from simulator.config.camera_file import load_camera, read_camera_document
-from simulator.config.dataclass_sections import defer_fields
+from simulator.config.dataclass_sections import defer_fields, hide_fields
 from simulator.config.document_merge import named_file, parse_override, shipped_names
 from simulator.config.json_schema import schema
 from simulator.config.option_values import (
@@ -33,6 +33,7 @@ __all__ = [
     "distance_m",
     "dump_yaml",
     "frame_warnings",
+    "hide_fields",
     "irradiance_w_m2",
     "length_um",
     "lens_option",

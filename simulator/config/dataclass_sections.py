@@ -57,6 +57,11 @@ def defer_fields(cls: type, *names: str) -> None:
     )
 
 
+def hide_fields(cls: type, *names: str) -> None:
+    """Leave fields of a dataclass out of the configuration, where they keep their defaults."""
+    CUSTOM_SECTIONS[cls] = functools.cache(lambda: make_custom_section(cls, leave_out=frozenset(names)))
+
+
 def make_custom_section(
     cls: type,
     assemble: Callable[..., object] | None = None,

@@ -18,6 +18,7 @@ from data_gen.run import fingerprint, run
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.reading import read_samples
 from simulator.command_line import amounts
+from simulator.device import open_device
 from simulator.errors import PhotositeError
 
 # Every kind of picture that is computed from numbers of the camera or of files, for one camera each.
@@ -247,6 +248,18 @@ def test_another_processors_blas_changes_no_byte(tmp_path):
     there = ["dataset", str(tmp_path / "small.yaml"), "--out", str(tmp_path / "there")]
     subprocess.run([sys.executable, "-c", call, *there], env=environment, check=True)
     assert content(tmp_path / "there") == content(tmp_path / "here")
+
+
+@pytest.mark.parametrize("on_problem", ["skip", "refuse"])
+def test_the_device_of_the_run_computes_shots(tmp_path, on_problem):
+    """A new process, whose default device is one that is not there."""
+    config_of_shot(tmp_path)
+    environment = os.environ | {"PHOTOSITE_DEVICE": "no such device"}
+    call = "import sys; from data_gen.command_line import main; main(sys.argv[1:])"
+    there = ["dataset", str(tmp_path / "small.yaml"), "--out", str(tmp_path / "out"), "--set", "count=1"]
+    more = ["--set", f"on_problem={on_problem}", "--device", open_device().info.label]
+    subprocess.run([sys.executable, "-c", call, *there, *more], env=environment, check=True)
+    assert len(list(read_samples(tmp_path / "out"))) == 1
 
 
 def command(*arguments) -> int:
