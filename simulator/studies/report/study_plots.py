@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,6 +27,7 @@ SUGGESTED = {
     "clipped_share": (TIME, ISO, "scene.luminance"),
 }
 RANGES, RANGE = ("dynamic_range", "photons_to_photos"), "range_ev"  # quantities that share a plot, and their figure in it
+Item = TypeVar("Item")
 WIDE = 12.0  # ratio of the ends of an axis from which on it is logarithmic
 
 
@@ -77,12 +79,8 @@ def _lines(study: StudyFolder, axis: str, column: str, label: str, y_name: str) 
         is_joined = False
     else:
         is_joined = all(_is_ordered(rows, axis, key) for key in study.varied() if key != axis and key not in others)
-    chosen = list(groups.items())
-    if len(chosen) > MOST_LINES:
-        places = np.linspace(0, len(chosen) - 1, MOST_LINES).round().astype(int)
-        chosen = [chosen[place] for place in places]
     lines: list[Line] = []
-    for name, group in chosen:
+    for name, group in _drawn(list(groups.items())):
         ordered = sorted(group, key=lambda row: row[axis])
         x, y = (np.array([float(row[key]) for row in ordered]) for key in (axis, column))
         curve = Curve(x, y, study.title(axis), study.unit(axis), y_name, study.unit(column))
@@ -115,7 +113,7 @@ def _follows(rows: Sequence[Row], axis: str, key: str) -> bool:
 
 
 def _transfer_plots(study: StudyFolder) -> list[Plot]:
-    """Noise over signal of each patch, a line for each ISO; None of a patch whose signal stays."""
+    """Noise over signal of each patch, a line for each of up to MOST_LINES ISOs; None of a patch whose signal stays."""
     plots = []
     for column in study.columns_of("measured"):
         label, _, figure = column.rpartition(".")
@@ -123,17 +121,20 @@ def _transfer_plots(study: StudyFolder) -> list[Plot]:
         if figure != "mean_dn" or noise not in study.table.columns or not study.is_number_column(noise):
             continue
         rows = [row for row in study.done() if all(is_number(row[key]) and row[key] > 0 for key in (column, noise))]
-        by_iso = [ISO] if ISO in study.varied() and len({row[ISO] for row in rows}) <= MOST_LINES else []
+        by_iso = [ISO] if ISO in study.varied() else []
         rows.sort(key=lambda row: (*(row[key] for key in by_iso), row[column]))
-        lines = []
-        for name, group in groupby(rows, key=lambda row: describe_axes(study, row, by_iso)):
-            points = list(group)
+        lines, isos = (
+            [],
+            [(name, list(group)) for name, group in groupby(rows, key=lambda row: describe_axes(study, row, by_iso))],
+        )
+        for name, points in _drawn(isos):
             x, y = (np.array([float(row[key]) for row in points]) for key in (column, noise))
             curve = Curve(x, y, study.title(column), study.unit(column), study.title(noise), study.unit(noise))
             lines.append(Line(curve, name, has_points=True))
         if lines and max(len(line.curve.x) for line in lines) > 2:
             title = f"Photon transfer of {label}"
-            note = "Noise over signal of each point; slope 1/2 where photons are counted."
+            some = f" {len(lines)} of {len(isos)} ISOs." if len(lines) < len(isos) else ""
+            note = f"Noise over signal of each point; slope 1/2 where photons are counted.{some}"
             plots.append(Plot(f"transfer_{label}", title, tuple(lines), note, "log", "log", is_ordered=len(lines) > 1))
     return plots
 
@@ -166,9 +167,14 @@ def _chosen_rows(study: StudyFolder, label: str) -> list[Row]:
     others = [key for key in study.varied() if key not in suited]
     alike = [row for row in done if all(row[key] == done[0][key] for key in others)]
     rows = alike if suited and len(alike) > 1 else done
-    if len(rows) <= MOST_LINES:
-        return rows
-    return [rows[place] for place in np.linspace(0, len(rows) - 1, MOST_LINES).round().astype(int)]
+    return _drawn(rows)
+
+
+def _drawn(items: list[Item]) -> list[Item]:
+    """Return those of some lines that are drawn: all, or MOST_LINES in even steps."""
+    if len(items) <= MOST_LINES:
+        return items
+    return [items[place] for place in np.linspace(0, len(items) - 1, MOST_LINES).round().astype(int)]
 
 
 def _depth_plots(study: StudyFolder) -> list[Plot]:

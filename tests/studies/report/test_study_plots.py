@@ -91,6 +91,22 @@ def test_of_many_lines_some_are_drawn_in_even_steps():
     assert len(found) == MOST_LINES and list(found)[0] == "b 1" and list(found)[-1] == "b 29"
 
 
+def test_photon_transfer_has_a_line_for_each_of_eight_isos_of_many():
+    """Signals of several ISOs overlap, so that one line through all of them would go back and forth."""
+    isos = [100 * step for step in range(1, 20)]
+    rows = [
+        {"exposure.iso": iso, "exposure.time": time, "g.mean_dn": iso * time, "g.noise_dn": iso * time**0.5}
+        for iso in isos
+        for time in (1.0, 4.0, 9.0)
+    ]
+    study = study_of({"exposure.iso": "", "exposure.time": "s"}, {"g.mean_dn": "patch", "g.noise_dn": "patch"}, rows)
+    found = lines(study, "transfer_g")
+    assert len(found) == MOST_LINES and list(found)[0] == "ISO 100" and list(found)[-1] == "ISO 1900"
+    assert found["ISO 100"] == [(100.0, 100.0), (400.0, 200.0), (900.0, 300.0)]
+    (plot,) = (plot for plot in study_plots(study) if plot.name == "transfer_g")
+    assert plot.note.endswith("8 of 19 ISOs.")
+
+
 def test_what_is_the_same_at_all_points_or_is_not_there_has_no_plot():
     rows = [{"exposure.iso": iso, "g.snr": 7.0, "g.noise_dn": None, "g.mean_dn": float("nan")} for iso in (100, 200)]
     measured = {"g.snr": "patch", "g.noise_dn": "patch", "g.mean_dn": "patch"}
