@@ -6,9 +6,16 @@ from dataclasses import dataclass
 
 from simulator.studies.report.study_data import DONE, Row, StudyFolder, is_number
 
-# Ends of the names of figures of which less is worse, and more is worse; others have no worst.
-LESS_IS_WORSE = ("snr", "mtf50", "mtf50_per_px", "stops", "dynamic_range", "pdr")
-MORE_IS_WORSE = ("noise_dn", "noise_e", "length", "length_px", "delta_e", "white", "black", "share")
+# Figures of each quantity of which less (-1) or more (1) is worse; others, and those of one's own functions, have no worst.
+WORSE = {
+    "patch": {"snr": -1, "noise_dn": 1, "noise_e": 1},
+    "clipped_share": {"white": 1, "black": 1},
+    "dynamic_range": {"range_ev": -1},
+    "photons_to_photos": {"range_ev": -1},
+    "mtf": {"mtf50": -1, "mtf50_lw_ph": -1, "mtf50_cy_mm": -1, "rise_px": 1},
+    "blur_length": {"length_px": 1, "residual": 1},
+    "color_error": {"mean": 1, "largest": 1, "grey": 1},
+}
 RUN = {"seconds": "run time", "predicted_error_sigma": "predicted error"}
 
 
@@ -29,7 +36,7 @@ def worst_points(study: StudyFolder) -> list[WorstPoint]:
         if row["state"] != DONE
     ]
     for column in study.columns_of("measured"):
-        sign = worse_sign(column)
+        sign = worse_sign(str(study.table.columns[column].get("quantity") or ""), column)
         if sign and (row := _extreme(study.done(), column, sign)) is not None:
             found.append(WorstPoint(row, f"{'most' if sign > 0 else 'least'} {study.title(column)}", column))
     for column, name in RUN.items():
@@ -38,10 +45,9 @@ def worst_points(study: StudyFolder) -> list[WorstPoint]:
     return found
 
 
-def worse_sign(column: str) -> int:
-    """Return 1 where a larger figure is worse, -1 where a smaller one is, 0 where neither is."""
-    figure = column.rpartition(".")[2]
-    return 1 if figure in MORE_IS_WORSE else -1 if figure in LESS_IS_WORSE else 0
+def worse_sign(quantity: str, column: str) -> int:
+    """Return 1 where a larger figure of a quantity is worse, -1 where a smaller one is, 0 where neither is."""
+    return WORSE.get(quantity, {}).get(column.rpartition(".")[2], 0)
 
 
 def _extreme(rows: Sequence[Row], column: str, sign: int) -> Row | None:

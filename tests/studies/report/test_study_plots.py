@@ -6,12 +6,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.camera_builders import small_camera
 
 from simulator.errors import PhotositeError
-from simulator.measurement.quantities import Curve
+from simulator.exposure.settings import Exposure
+from simulator.measurement.quantities import Curve, MeasuredFrame
+from simulator.measurement.quantities.registry import QUANTITIES
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.scene.charts import ChartScene
+from simulator.sensor.camera.camera_sections import IsoSetting
 from simulator.studies.report.study_data import StudyFolder, format_value
 from simulator.studies.report.study_plots import MOST_LINES, study_plots
-from simulator.studies.report.worst_points import worst_points
+from simulator.studies.report.worst_points import WORSE, worst_points
 
 
 @dataclass
@@ -133,6 +141,36 @@ def test_the_worst_points_are_failed_ones_then_extremes_that_differ():
         ("least g SNR", "p2"),
         ("most run time", "p2"),
     ]
+
+
+def test_every_figure_that_can_be_worst_is_one_that_its_quantity_yields():
+    scenes = {name: ChartScene(name, 100.0) for name in ("color_checker", "slanted_edge")}
+    camera = small_camera(144, 96, "RGGB", iso_table={100: IsoSetting(0.01, 1.0)})
+    frames = {}
+    for name, scene in scenes.items():
+        shot = Shot(scene, ThinLens(50.0, 8.0, 2.0, cos4=False), Exposure(0.01), camera)
+        frames[name] = MeasuredFrame.from_raw(simulate(shot), shot)
+    for quantity, worse in WORSE.items():
+        frame = frames["slanted_edge" if quantity in ("mtf", "blur_length") else "color_checker"]
+        figures = QUANTITIES[quantity]().measure(frame).figures
+        assert worse.keys() <= figures.keys(), quantity
+    assert set(WORSE) == set(QUANTITIES) - {"python"}
+
+
+@pytest.mark.parametrize(
+    ("quantity", "figure", "reason"),
+    [
+        ("dynamic_range", "range_ev", "least"),
+        ("mtf", "mtf50_lw_ph", "least"),
+        ("color_error", "largest", "most"),
+        ("blur_length", "residual", "most"),
+    ],
+)
+def test_figures_of_every_quantity_have_a_worst_point(quantity, figure, reason):
+    rows = [{"a": a, f"x.{figure}": 1.0 + a} for a in (1, 2)]
+    found = worst_points(study_of({"a": ""}, {f"x.{figure}": quantity}, rows))
+    assert [(one.reason.split()[0], one.row["name"]) for one in found] == [(reason, "p0" if reason == "least" else "p1")]
+    assert worst_points(study_of({"a": ""}, {f"x.{figure}": "python"}, rows)) == []
 
 
 @pytest.mark.parametrize(
