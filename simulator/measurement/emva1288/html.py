@@ -5,6 +5,7 @@ import os
 from simulator.measurement.emva1288.figures import TITLES, emva_figures
 from simulator.measurement.emva1288.frames import EXPOSURE_TIME_S, SHARES, STACK
 from simulator.measurement.emva1288.report import EmvaReport
+from simulator.measurement.noise_check.flat_bench import NARROW_NM
 from simulator.measurement.report.html import bullet_list, checks_table, figures_block, page, table, verdict, write_page
 from simulator.raw.software import software
 
@@ -41,8 +42,9 @@ def _speed(report: EmvaReport) -> str:
 
 def _conditions(report: EmvaReport) -> str:
     lines = [
-        "EMVA 1288 Release 4.0 Linear, each colour plane in light of the wavelength at which it sees most, a band of 5 nm, "
-        "without a lens's fall-off; photons are counted on the whole area of a photosite.",
+        "EMVA 1288 Release 4.0 Linear, each colour plane in light of the wavelength at which it sees most, a band of "
+        f"{NARROW_NM:g} nm at half its height, without a lens's fall-off; photons are counted on the whole area of a "
+        "photosite.",
         f"{len(SHARES)} steps of light in pairs, exposure time {EXPOSURE_TIME_S:g} s throughout; "
         f"{STACK} frames in the dark and {STACK} at half saturation for DSNU and PRNU, no high-pass filter.",
         "K is fitted up to 70 % of saturation with points weighted by the inverse variance of their variance. "

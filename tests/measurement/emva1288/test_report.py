@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -126,6 +127,17 @@ def test_the_files_alone_are_measured(tmp_path, monkeypatch):
     files = take_emva_frames(EmvaBench(other, 100, tmp_path), 1)
     checks = check_emva.check_emva(measure_emva(files), EmvaBench(camera, 100, tmp_path))
     assert {"K", "quantum efficiency", "sigma_d"} <= {name for name, *_ in failed(checks)}
+
+
+def test_the_report_states_the_band_of_the_light(report):
+    """Full width at half of the peak, by the light that the bench has."""
+    light = EmvaBench(mono(), 100, Path()).colors["MONO"].light
+    half = np.interp(
+        np.linspace(light.wavelengths_nm[0], light.wavelengths_nm[-1], 2001), light.wavelengths_nm, light.spectrum_w_m2_sr_nm
+    )
+    share = float(np.mean(half >= 0.5 * half.max()))
+    width_nm = share * float(np.ptp(light.wavelengths_nm))
+    assert f"a band of {width_nm:.1g} nm" in emva_html(report)
 
 
 def test_the_report_is_one_page_that_needs_nothing_else(report):
