@@ -1,5 +1,6 @@
 """Plans the point spread function of a shot: where it comes from, how it is computed, and whether its effect is visible."""
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,6 +22,7 @@ from simulator.optics.psf.bent_light import fit_footprint, kernel_bend_error
 from simulator.optics.psf.field_psf import (
     FADE,
     FAR_AIRY,
+    FIELDS,
     FieldPsf,
     airy_radius_px,
     farthest_correction_px,
@@ -140,8 +142,9 @@ def plan_visible_psf(
     limits = () if _is_smooth(psf, defocus, accuracy) else highlight_thresholds(scene, weights)
     psf = replace(psf, highlight_limits=limits, even_squares=_has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
-        change = contrast * bound_change(psf, camera.channels)
-        if change < SKIPPED_SHARE * accuracy.tolerance:
+        least = SKIPPED_SHARE * accuracy.tolerance
+        change = contrast * bound_change(psf, camera.channels, least / contrast)
+        if change < least:
             return None, Skipped(f"changes nothing by more than {change:.2g} sigma", change), None
     lamps = _find_lamps(psf, scene, weights, projection, accuracy) if draws_lamps and defocus is None else None
     own = accuracy if lamps is None else _of_rest(accuracy, lamps)
@@ -428,12 +431,29 @@ def _choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, s
     return min(max(round(scale), least), most)
 
 
-def bound_change(psf: FieldPsf, channels: int) -> float:
-    """Upper bound of the fraction of a scene's contrast, in focus, that the kernels change: 0 to 1."""
-    changes = []
-    for channel in range(channels):
-        kernel = psf.kernel(0, channel, False, psf.nodes[0] // 2, psf.nodes[1] // 2)
+def bound_change(psf: FieldPsf, channels: int, enough: float = math.inf) -> float:
+    """Upper bound of the fraction of a scene's contrast, in focus, that the kernels change anywhere on the sensor: 0 to 1.
+
+    enough: fraction from which on no larger one is looked for.
+    """
+    most = 0.0
+    for node, channel in itertools.product(_telling_nodes(psf), range(channels)):
+        kernel = psf.kernel(0, channel, False, *node)
         sharp, middle = np.zeros_like(kernel), kernel.shape[-1] // 2
         sharp[:, middle, middle] = 1.0 / len(kernel)
-        changes.append(0.5 * float(np.abs(kernel - sharp).sum()))
-    return max(changes)
+        most = max(most, 0.5 * float(np.abs(kernel - sharp).sum()))
+        if most >= enough:
+            break
+    return most
+
+
+def _telling_nodes(psf: FieldPsf) -> list[tuple[int, int]]:
+    """Nodes nearest to the middle of the sensor, to its corners, and to each field radius at which kernels are known.
+
+    Between these radii kernels are mixed, which changes light by no more than one of them does.
+    """
+    nodes = list(np.ndindex(*psf.nodes))
+    away = np.array([math.hypot(*psf.field_xy(*node)) for node in nodes])
+    known = psf.lens_psf.fields if isinstance(psf.lens_psf, PsfTable) else FIELDS
+    beside = (np.abs(away - field) for field in (0.0, 1.0, *known))
+    return list(dict.fromkeys(nodes[place] for one in beside for place in np.flatnonzero(one <= one.min() + 1e-9)))
