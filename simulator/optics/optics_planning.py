@@ -28,6 +28,7 @@ from simulator.scene.compositing import flatten_layers, join_layers
 from simulator.scene.content_keys import freeze, is_ours
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
@@ -152,6 +153,7 @@ def _plan_sensor_optics(
     if weights.shape[1] != camera.channels:
         rule = f"has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
         raise PhotositeError(rule, key="camera.response", joint=" ")
+    weights = weights * _arriving_light(lens, camera)
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
     glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
@@ -252,6 +254,15 @@ def _with_filter_in_focus(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, *
     low_pass_px = camera.low_pass_um / camera.pixel_pitch_um
     projection = replace(projection, open_side=math.sqrt(camera.fill_factor), low_pass_px=low_pass_px)
     return replace(planned, projection=projection)
+
+
+def _arriving_light(lens: Lens, camera: Camera) -> float:
+    """Share of the light that the kernels of a lens hold: it counts where they are left out, and in scattered light, too."""
+    if lens.psf is None:
+        return 1.0
+    from simulator.optics.psf.psf_file import read_light  # few lenses have a file
+
+    return read_light(lens.psf, camera.pixel_pitch_um)
 
 
 def _is_even(scene: Scene) -> bool:

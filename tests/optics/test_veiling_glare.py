@@ -104,6 +104,14 @@ def test_no_light_is_made_or_lost(lens):
     assert electrons(planes, lens).sum() == pytest.approx(electrons(planes, lens, 0.0).sum(), rel=2e-6)
 
 
+def test_light_that_a_psf_loses_is_not_scattered(tmp_path):
+    """A file whose kernel keeps 0.8 of the light, in one photosite."""
+    np.savez(tmp_path / "lens.npz", kernels=np.full((1, 1, 1, 1, 1), 0.8), light=0.8)
+    planes = texture(48, 64)
+    lossy = replace(LENS, psf=tmp_path / "lens.npz")
+    assert np.allclose(electrons(planes, lossy), 0.8 * electrons(planes), rtol=1e-6)
+
+
 def test_a_window_has_the_bits_of_the_whole_sensor():
     planes, window = texture(120, 200, 3), Window(63, 40, 70, 50)
     near = np.zeros((120, 200), np.float32)

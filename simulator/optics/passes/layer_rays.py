@@ -80,7 +80,7 @@ def add_layer_rays(
                     if cover is None:
                         break
                     open_ *= 1.0 - mean(cover)
-                found[mine] += psf.light * (mean(together) - means)
+                found[mine] += mean(together) - means
             return found
 
         return sample

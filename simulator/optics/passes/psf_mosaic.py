@@ -224,7 +224,7 @@ def _convolve_layer(
             before = surface.popleft()[1]
         own_light = _convolve_slab(optics, layer.light[channel], share, tile, spectra, (slab, channel))
         covered = share if layer.coverage is None else layer.coverage * share
-        own_coverage = convolve_tile(transform_light(covered, spectra), tile, spectra, slab, channel, False) / psf.light
+        own_coverage = convolve_tile(transform_light(covered, spectra), tile, spectra, slab, channel, False)
         light, coverage = light + before * own_light, coverage + before * own_coverage
         transmitted = np.maximum(transmitted - before * own_coverage, 0.0)
         surface.append((slab, transmitted))

@@ -48,7 +48,7 @@ SLAB_PX = 0.5  # blur radius between slabs; a sixteenth of the radius where that
 class FieldPsf:
     """Kernels by slab of blur radius, channel and place on the sensor.
 
-    lens_psf: of the lens; None: an ideal lens. pupil: shape of its aperture.
+    lens_psf: of the lens, a table of light 1; None: an ideal lens. pupil: shape of its aperture.
     sampling: aperture of the photosites and low-pass filter.
     over: light samples per photosite and axis. radii_px: signed blur radii of the slabs, ascending [photosites].
     by_distance: whether the kernels of the slabs include the blur of defocus; False: they follow the geometric blur.
@@ -87,7 +87,7 @@ class FieldPsf:
         if isinstance(self.lens_psf, PsfTable):
             table = self.lens_psf
             digest = hashlib.blake2b(np.ascontiguousarray(table.kernels).tobytes()).digest()
-            lens = digest, table.kernels.shape, tuple(table.blur_radii_px), tuple(table.fields), table.cells, table.light
+            lens = digest, table.kernels.shape, tuple(table.blur_radii_px), tuple(table.fields), table.cells
         places = (
             self.pitch_um,
             self.over,
@@ -316,11 +316,6 @@ class FieldPsf:
                 self._tables[key] = of_channel.table([self.radii_px[slab]], [FIELDS[column]])
             found += weight * self._tables[key].kernels[0, 0, 0]
         return rotate_kernel(found, math.atan2(field_xy[1], field_xy[0]))
-
-    @property
-    def light(self) -> float:
-        """Fraction of a point's light that the kernels hold."""
-        return self.lens_psf.light if isinstance(self.lens_psf, PsfTable) else 1.0
 
     def _slab_psf(self, slab: int) -> WavefrontPsf | DefocusedPsf | PsfTable | None:
         """Point spread function of a slab; that of a wavefront has the kernel size and cells that its blur radius needs."""

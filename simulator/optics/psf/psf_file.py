@@ -37,6 +37,11 @@ def read_psf(path: str | os.PathLike[str], pitch_um: float) -> PsfTable:
         return reader(label, pitch_um)
 
 
+def read_light(path: str | os.PathLike[str], pitch_um: float) -> float:
+    """Read the fraction of a point's light that the kernels of a file hold, 1 of all files but .npz. See `read_psf`."""
+    return read_psf(path, pitch_um).light if Path(path).suffix.lower() == ".npz" else 1.0
+
+
 def _read_npz(label: str, pitch_um: float) -> PsfTable:
     with np.load(label, allow_pickle=False) as file:
         known = {"kernels", "blur_radii_px", "fields", "cells", "light"}

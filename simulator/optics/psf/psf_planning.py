@@ -323,7 +323,7 @@ def _plan_lens_psf(lens: Lens, camera: Camera, scene: Scene) -> WavefrontPsf | P
         table = read_psf(lens.psf, camera.pixel_pitch_um)
         channels, rule = table.kernels.shape[2], f"the camera has {camera.channels}; give one for each, or one for all"
         require(channels in (1, camera.channels), "channels of the kernels", channels, rule, file=lens.psf)
-        return table
+        return table.whole()
     if not lens.has_diffraction:
         return None
     aberrations, f_number = working_wavefront(lens)

@@ -1,7 +1,8 @@
 """Tables of point spread functions over defocus, field and channel."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -57,6 +58,10 @@ class PsfTable:
         """
         cells = self.cell_kernel(channel, blur_radius_px, field_xy)
         return (sampling or Sampling()).photosites(cells, self.cells, self.pitch_um)
+
+    def whole(self) -> Self:
+        """Return the same kernels with all light: sum 1."""
+        return self if self.light == 1.0 else replace(self, kernels=self.kernels / np.float32(self.light), light=1.0)
 
     def cell_kernel(self, channel: int, blur_radius_px: float, field_xy: tuple[float, float]) -> np.ndarray:
         """Light of an image point in each cell, (size_px * cells, ...) float64, sum `light`; arguments as of `kernel`."""

@@ -1,7 +1,8 @@
-"""Whether the point spread function of a shot is left out: nowhere on the sensor does it change more than is told."""
+"""What is left out of a point spread function: nowhere does it change more than is told, and light that it loses is lost."""
 
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 RNG = np.random.default_rng(4)
+LIGHT = 0.8
 SHOT_NOISE = {"photon_shot_noise": PhotonShotNoise()}
 
 
@@ -57,3 +59,34 @@ def test_what_grows_towards_the_corners_is_not_left_out_by_the_middle(name):
     }
     shot = random_shot(lens(1.4, aberrations=chosen[name]), 0.985, pixel_pitch_um=8.4)
     assert error_sigma(shot) < shot.tolerance
+
+
+def save_lossy(path: Path, kernel: np.ndarray) -> Path:
+    """A file of one kernel that holds LIGHT of a point's light."""
+    np.savez(path, kernels=LIGHT * kernel.reshape(1, 1, 1, *kernel.shape) / kernel.sum(), light=LIGHT)
+    return path
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.0])
+@pytest.mark.parametrize("amplitude", [0.0, 1e-4, 0.8])
+@pytest.mark.parametrize("depth_m", [math.inf, 60.0])
+def test_light_that_kernels_lose_is_lost_in_scenes_of_any_contrast(tmp_path, depth_m, amplitude, tolerance):
+    """Even ones, whose kernel is left out; all the same to the noise of their light."""
+    planes = 1.0 - amplitude * (RNG.random((24, 36)) < 0.5)
+    through = lens(4.0, psf=save_lossy(tmp_path / "lens.npz", np.ones((3, 3))))
+    shot = Shot(band_scene(planes, depth_m), through, EXPOSURE, green_camera(36, 24), tolerance=tolerance)
+    whole = dataclasses.replace(shot, lens=lens(4.0))
+    found, lossless = (simulate(one).mean_electrons.astype(np.float64).mean() for one in (shot, whole))
+    assert found / lossless == pytest.approx(LIGHT, rel=1e-6 if amplitude == 0.0 else 0.01)
+
+
+def test_an_even_scene_behind_a_kernel_that_loses_light_needs_no_kernel(tmp_path):
+    through = lens(4.0, psf=save_lossy(tmp_path / "lens.npz", np.ones((3, 3))))
+    assert plan(Shot(band_scene(np.ones((24, 36)), math.inf), through, EXPOSURE, green_camera(36, 24))).optics.psf is None
+
+
+def test_a_sharp_kernel_that_loses_light_is_left_out_and_its_light_is_lost(tmp_path):
+    shot = random_shot(lens(4.0, psf=save_lossy(tmp_path / "lens.npz", np.ones((1, 1)))), 0.2)
+    whole = dataclasses.replace(shot, lens=lens(4.0))
+    assert plan(shot).optics.psf is None
+    assert np.allclose(simulate(shot).mean_electrons, LIGHT * simulate(whole).mean_electrons, rtol=1e-6)
