@@ -12,6 +12,8 @@ from simulator.optics.psf.fraunhofer import odd
 from simulator.optics.psf.psf_listing import read_listing
 from simulator.optics.psf.psf_table import PsfTable
 
+# Lengths in listings [um]. A micro sign in an 8-bit code page is decoded as the replacement character.
+UNITS_UM = {"um": 1.0, "µm": 1.0, "μm": 1.0, "\ufffdm": 1.0, "micron": 1.0, "microns": 1.0, "mm": 1e3, "nm": 1e-3}
 CELLS = 3  # per photosite and axis, of a kernel from a text file
 
 
@@ -21,8 +23,9 @@ def read_psf(path: str | os.PathLike[str], pitch_um: float) -> PsfTable:
     .npz: `kernels` (blur radii, fields, channels, size, size), and where they are more than one, `blur_radii_px` [photosites]
         and `fields`; `cells` per photosite and axis (default 1), `light` (default 1). See PsfTable.
     .npy: one kernel (size, size), or one per channel (channels, size, size), in photosites.
-    .txt: a grid of numbers with a line `Data spacing is 0.250 um`, such as Zemax's listing of a Huygens PSF; its middle is
-        the `Center point` (column, row, from 1) or the middle of the grid, and it is divided by its sum.
+    .txt: a grid of numbers with a line `Data spacing is 0.250 um`, also in mm or nm, such as Zemax's listing of a Huygens or
+        FFT PSF; its middle is the `Center point is: 41, 21` (column, row, from 1) or `row 21, column 41`, else that of the
+        grid, and it is divided by its sum.
     .csv: a list of .txt or .npy files over blur radius, field and colour, see `read_listing`.
     pitch_um: photosite pitch of the camera [um].
     Raises PhotositeError for a file that is missing, damaged, or holds no such kernels.
@@ -69,14 +72,8 @@ def _numbers(array: np.ndarray, label: str) -> np.ndarray:
 
 def _read_text(label: str, pitch_um: float) -> PsfTable:
     text = decode_text(Path(label).read_bytes())
-    spacing = re.search(r"Data spacing is\s+([0-9.eE+-]+)", text)
-    if spacing is None:
-        raise PhotositeError("says no distance between its points; add a line such as `Data spacing is 0.250 um`", file=label)
-    step_um = float(spacing[1])
-    require(0 < step_um < 1e4, "Data spacing", f"{step_um:g} um", "give a distance above 0 um", file=label)
-    grid = _grid(text, label)
-    centre = re.search(r"Center point is:?\s*(\d+)\D+(\d+)", text)
-    column, row = (int(centre[1]) - 1, int(centre[2]) - 1) if centre else ((side - 1) / 2 for side in grid.shape[::-1])
+    step_um, grid = _spacing_um(text, label), _grid(text, label)
+    row, column = _centre(text, grid.shape, label)
     total = float(grid.sum())
     require(np.isfinite(total) and total > 0, "sum of the grid", total, "give numbers of light, 0 and above", file=label)
     cell_um = pitch_um / CELLS
@@ -95,6 +92,36 @@ def _read_csv(label: str, pitch_um: float) -> PsfTable:
         return read_psf(name, pitch_um)
 
     return read_listing(Path(label), pitch_um, read_one)
+
+
+def _spacing_um(text: str, label: str) -> float:
+    """Distance between the points of a listing [um]."""
+    spacing = re.search(r"Data spacing is:?\s*([0-9.eE+-]+)[ \t]*([^\s.]*)", text)
+    if spacing is None:
+        raise PhotositeError("says no distance between its points; add a line such as `Data spacing is 0.250 um`", file=label)
+    unit, wanted = spacing[2], "give a distance above 0 in um, mm or nm, such as 0.250 um"
+    told = f"{spacing[1]} {unit}".rstrip()
+    require(unit.lower() in UNITS_UM, "Data spacing", told, wanted, file=label)
+    step_um = float(spacing[1]) * UNITS_UM[unit.lower()]
+    require(0 < step_um < 1e4, "Data spacing", told, wanted, file=label)
+    return step_um
+
+
+def _centre(text: str, shape: tuple[int, ...], label: str) -> tuple[float, float]:
+    """Row and column of the image point from 0: of the line `Center point is`, or the middle of the grid without one."""
+    stated = re.search(r"Center point is:?[ \t]*(.*)", text)
+    if stated is None:
+        return (shape[0] - 1) / 2, (shape[1] - 1) / 2
+    told = stated[1].strip()
+    pair = re.fullmatch(r"(?P<column>\d+)\s*[,;\s]\s*(?P<row>\d+)\s*(\(column, row\))?\.?", told, re.IGNORECASE)
+    named = re.fullmatch(r"row\D*(?P<row>\d+)\D+column\D*(?P<column>\d+)\.?", told, re.IGNORECASE)
+    found = pair or named
+    rule = "give column and row from 1 of a point of the grid, such as `41, 21` or `row 21, column 41`"
+    if found is None:
+        raise PhotositeError(rule, file=label, key="Center point", value=told or "nothing")
+    row, column = int(found["row"]) - 1, int(found["column"]) - 1
+    require(0 <= row < shape[0] and 0 <= column < shape[1], "Center point", told, rule, file=label)
+    return row, column
 
 
 def _grid(text: str, label: str) -> np.ndarray:

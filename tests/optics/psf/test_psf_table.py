@@ -154,6 +154,46 @@ def test_a_text_grid_is_put_onto_photosites(tmp_path, encoding):
     assert np.max(np.abs(found - share[:, None] * share[None, :])) < 2e-3
 
 
+def save_listing(path, *lines, code="utf-8"):
+    """A grid of 9 rows and 11 columns whose light is in row 4, column 8, both from 1."""
+    grid = np.zeros((9, 11))
+    grid[3, 7] = 1.0
+    rows = [" ".join(f"{value:.1f}" for value in row) for row in grid]
+    path.write_bytes("\n".join([*lines, "", *rows, ""]).encode(code))
+    return path
+
+
+@pytest.mark.parametrize("stated", ["8, 4", "8, 4 (column, row)", "row 4, column 8", "Row 4, Column 8."])
+def test_the_centre_of_a_listing_may_be_named_or_a_pair(tmp_path, stated):
+    path = save_listing(tmp_path / "lens.txt", "Data spacing is 1.000 µm.", f"Center point is: {stated}")
+    kernel = read_psf(path, 3.0).kernels[0, 0, 0]
+    assert kernel[len(kernel) // 2, len(kernel) // 2] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "stated", ["", "near 4", "row 4", "4.5, 8.5", "8, 4 (row, column)", "0, 4", "12, 4", "row 10, column 8"]
+)
+def test_a_centre_that_is_no_point_of_the_grid_is_refused(tmp_path, stated):
+    path = save_listing(tmp_path / "lens.txt", "Data spacing is 1.000 um", f"Center point is: {stated}")
+    with pytest.raises(PhotositeError, match=r"lens.txt: Center point = .*give column and row from 1"):
+        read_psf(path, 3.0)
+
+
+@pytest.mark.parametrize("stated", ["1.000 µm.", "1 um", "1.0E+00 microns", "0.001 mm", "1000 nm"])
+@pytest.mark.parametrize("code", ["utf-8", "latin-1", "utf-16"])
+def test_the_spacing_of_a_listing_has_a_unit(tmp_path, stated, code):
+    """The light of one point fills one cell of a third of 3 um, in the grid's own place: 2 columns right and 1 row up."""
+    kernel = read_psf(save_listing(tmp_path / "lens.txt", f"Data spacing is {stated}", code=code), 3.0).kernels[0, 0, 0]
+    middle = len(kernel) // 2
+    assert kernel[middle - 1, middle + 2] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("stated", ["1.000 mr", "1.000 inches", "1.000", "0 um", "-1 mm"])
+def test_a_spacing_that_is_no_length_is_refused(tmp_path, stated):
+    with pytest.raises(PhotositeError, match=r"lens.txt: Data spacing = .*give a distance above 0 in um, mm or nm"):
+        read_psf(save_listing(tmp_path / "lens.txt", f"Data spacing is {stated}"), 3.0)
+
+
 def wrong(change) -> np.ndarray:
     kernel = gaussian(5, 1.0)
     change(kernel)
