@@ -47,7 +47,7 @@ class ThinLens(Perspective):
     veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     diffraction: whether the aperture spreads light, by wave optics.
     aberrations: wavefront error; implies diffraction.
-    psf: file of point spread functions (.npz, .npy, .txt, .csv) instead of both.
+    psf: file of point spread functions (.npz, .npy, .txt, .csv) instead of both; a text is kept as a path.
     nd_filter: grey filter before the lens, in addition to transmittance or T-stop; left out: none.
     model: name for the file's metadata.
     """
@@ -75,6 +75,8 @@ class ThinLens(Perspective):
     falloff: Falloff | None = None
 
     def __post_init__(self) -> None:
+        if isinstance(self.psf, str):  # a text is no file by whose change plans are told apart
+            object.__setattr__(self, "psf", Path(self.psf))
         good = 0 < self.focal_length_mm < math.inf
         require(good, "lens.focal_length", f"{self.focal_length_mm} mm", "give a length above 0 mm, such as 50 mm")
         require(

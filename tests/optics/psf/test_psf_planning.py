@@ -90,3 +90,15 @@ def test_a_sharp_kernel_that_loses_light_is_left_out_and_its_light_is_lost(tmp_p
     whole = dataclasses.replace(shot, lens=lens(4.0))
     assert plan(shot).optics.psf is None
     assert np.allclose(simulate(shot).mean_electrons, LIGHT * simulate(whole).mean_electrons, rtol=1e-6)
+
+
+def test_a_file_of_kernels_may_be_named_by_a_text(tmp_path):
+    """The same plan and light as by a path, and another light when the file has changed."""
+    path = save_lossy(tmp_path / "lens.npz", np.ones((3, 3)))
+    by_path = random_shot(lens(4.0, psf=path), 0.2)
+    by_text = dataclasses.replace(by_path, lens=lens(4.0, psf=str(path)))
+    assert by_text.lens == by_path.lens and plan(by_text).steps == plan(by_path).steps
+    before = simulate(by_text).mean_electrons
+    assert np.array_equal(before, simulate(by_path).mean_electrons)
+    save_lossy(path, np.ones((5, 5)))
+    assert not np.array_equal(simulate(by_text).mean_electrons, before)
