@@ -52,9 +52,10 @@ def _read_npz(label: str, pitch_um: float) -> PsfTable:
         require(not strange, "keys", ", ".join(strange), f"unknown; give {', '.join(sorted(known))}", file=label)
         require("kernels" in file.files, "keys", ", ".join(file.files), "`kernels` is missing", file=label)
         found = {name: file[name] for name in file.files}
-    cells, light = int(found.get("cells", 1)), float(found.get("light", 1.0))
+    cells, light = (_one_number(found.get(name, np.ones(())), name, label) for name in ("cells", "light"))
+    require(cells.is_integer(), "cells", f"{cells:g}", "give an odd integer of 1 or more", file=label)
     radii_px, fields = (np.atleast_1d(np.asarray(found.get(name, 0.0), np.float64)) for name in ("blur_radii_px", "fields"))
-    return PsfTable(_numbers(found["kernels"], label), radii_px, fields, cells, pitch_um, light, label)
+    return PsfTable(_numbers(found["kernels"], label), radii_px, fields, int(cells), pitch_um, light, label)
 
 
 def _read_npy(label: str, pitch_um: float) -> PsfTable:
@@ -63,6 +64,11 @@ def _read_npy(label: str, pitch_um: float) -> PsfTable:
     require(kernels.ndim in (2, 3), "shape", kernels.shape, rule, file=label)
     kernels = kernels.reshape(1, 1, -1, *kernels.shape[-2:])
     return PsfTable(kernels, np.zeros(1), np.zeros(1), 1, pitch_um, source=label)
+
+
+def _one_number(array: np.ndarray, name: str, label: str) -> float:
+    require(array.size == 1 and array.dtype.kind in "fiu", name, array.tolist(), "give one real number", file=label)
+    return float(array.item())
 
 
 def _numbers(array: np.ndarray, label: str) -> np.ndarray:

@@ -78,12 +78,15 @@ class PsfTable:
         require(kernels.ndim == 5 and shape[:2] == wanted, "shape of kernels", shape, rule, file=self.source)
         odd_size = shape[3] == shape[4] and shape[3] % 2 == 1
         require(odd_size, "size of the kernels", f"{shape[3]} x {shape[4]}", "give an odd square", file=self.source)
-        whole = self.cells % 2 == 1 and shape[3] % self.cells == 0
+        whole = self.cells > 0 and self.cells % 2 == 1 and shape[3] % self.cells == 0
         rule = f"give an odd number of cells per photosite that divides the kernels' {shape[3]} cells"
         require(whole, "cells", self.cells, rule, file=self.source)
         for name, axis in (("blur_radii_px", self.blur_radii_px), ("fields", self.fields)):
             good = len(axis) > 0 and np.isfinite(axis).all() and np.all(np.diff(axis) > 0)
             require(bool(good), name, list(axis), "give ascending numbers, each once", file=self.source)
+        require(
+            self.fields[0] >= 0, "fields", list(self.fields), "give shares of the half diagonal, 0 or more", file=self.source
+        )
         require(0 < self.light <= 1, "light", self.light, "give the share that arrives, above 0 and up to 1", file=self.source)
 
     def _check_values(self, kernels: np.ndarray) -> None:

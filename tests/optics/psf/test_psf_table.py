@@ -139,6 +139,30 @@ def test_files_of_numpy_arrays_are_tables(tmp_path):
     assert np.allclose(read_psf(tmp_path / "lens.npy", 4.0).kernel(1, 0.0, (0.0, 0.0)), gaussian(7, 1.1), atol=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"cells": 1.5}, "cells = 1.5: give an odd integer of 1 or more"),
+        ({"cells": np.nan}, "cells = nan: give an odd integer"),
+        ({"cells": -1}, "cells = -1: give an odd number of cells"),
+        ({"cells": 2}, "cells = 2: give an odd number of cells"),
+        ({"cells": [1, 3]}, r"cells = \[1, 3\]: give one real number"),
+        ({"light": "all"}, "light = all: give one real number"),
+        ({"light": np.nan}, "light = nan: give the share that arrives"),
+        ({"fields": [-1.0]}, "fields = .*-1.0.*: give shares of the half diagonal, 0 or more"),
+    ],
+)
+def test_numbers_of_a_table_that_mean_nothing_are_refused(tmp_path, entry, message):
+    np.savez(tmp_path / "lens.npz", kernels=np.ones((1, 1, 1, 3, 3)) / 9.0, **entry)
+    with pytest.raises(PhotositeError, match=f"lens.npz: {message}"):
+        read_psf(tmp_path / "lens.npz", 4.0)
+
+
+def test_cells_may_be_a_whole_floating_point_number(tmp_path):
+    np.savez(tmp_path / "lens.npz", kernels=np.ones((1, 1, 1, 3, 3)) / 9.0, cells=3.0)
+    assert read_psf(tmp_path / "lens.npz", 4.0).size_px == 1
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_a_text_grid_is_put_onto_photosites(tmp_path, encoding):
     """A Gaussian given every 0.5 um, its middle at a stated point, against the integral over photosites of 4 um."""
