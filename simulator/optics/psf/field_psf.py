@@ -240,13 +240,19 @@ class FieldPsf:
     def _square_kernel(self, channel: int, row: int, column: int) -> np.ndarray:
         """Kernel at a node from even squares, laid out as of `Sampling.phases`, without negative values."""
         cells, per_photosite = self.point_cells(channel, row, column)
-        size = len(cells), per_photosite
-        reach, width = self.reach_px, 1.0 / self.over
-        away = [np.arange(-reach, reach + 1) + (self.over - 1 - 2 * phase) / (2 * self.over) for phase in range(self.over)]
-        lines = [line_weights(self.sampling, self.pitch_um, one, width, size) for one in away]
+        lines = self._square_lines(len(cells), per_photosite)
         halves = [line @ cells for line in lines]
         found = np.maximum(np.array([half @ line.T for half in halves for line in lines]), 0.0)
         return found * (self.kernel(0, channel, False, row, column).sum() / found.sum())
+
+    def _square_lines(self, *size: int) -> list[np.ndarray]:
+        """Weights of cells along an axis, by phase of an even square; the same at all nodes. size: as of `line_weights`."""
+        if size not in self._lines:
+            reach, width = self.reach_px, 1.0 / self.over
+            away = (np.arange(-reach, reach + 1) + (self.over - 1 - 2 * phase) / (2 * self.over) for phase in range(self.over))
+            count, per_photosite = size
+            self._lines[size] = [line_weights(self.sampling, self.pitch_um, one, width, (count, per_photosite)) for one in away]
+        return self._lines[size]
 
     def _own_node(self, row: int, column: int) -> tuple[int, int]:
         """Node whose kernel mirrors that of this node: the one in the first quarter, if kernels turn with the field."""
@@ -338,6 +344,10 @@ class FieldPsf:
 
     @cached_property
     def _points(self) -> dict[tuple[int, int, int], tuple[np.ndarray, int]]:
+        return {}
+
+    @cached_property
+    def _lines(self) -> dict[tuple[int, ...], list[np.ndarray]]:
         return {}
 
     @cached_property
