@@ -8,8 +8,9 @@ from collections.abc import Mapping
 
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
-from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
+from simulator.optics.psf.field_psf import FIELDS, FieldPsf, correction_reach_px, has_fixed_orientation
 from simulator.optics.psf.lamps import Lamps, lie_alike
+from simulator.optics.psf.psf_table import PsfTable
 
 COST_NS = {
     "gathers": 6.0e5,  # of a frame that the device gathers: launches and kernels
@@ -20,6 +21,9 @@ COST_NS = {
     "distance taps": 0.15,  # the same of each of the kernels by distance that reach it
     "transforms": 1.2e6,  # of a frame that the host transforms
     "lamps": 20.0,  # for each photosite of the image of a lamp
+    "kernel cells": 50.0,  # for each cell of the kernels of all nodes, and sample of light along an axis: they are made once
+    "turned cells": 150.0,  # the same of each kernel of a table that is turned to its node
+    "wave cells": 120.0,  # the same of each kernel of a wavefront, by its wavelengths and places, whatever its samples
     "samples": 22.0,  # for each sample of a frame with its margins, colour and slab of blur radius that is transformed
     **PROJECTION_NS,
 }
@@ -55,6 +59,24 @@ def transform_work(psf: FieldPsf, width_px: int, height_px: int, channels: int) 
     side = 2 * psf.reach_px
     samples = (width_px + side) * (height_px + side) * psf.over**2 * channels * len(psf.radii_px)
     return {"transforms": 1.0, "samples": float(samples)}
+
+
+def kernel_work(psf: FieldPsf, channels: int) -> Work:
+    """Return the work of making kernels at nodes over the field; none of one kernel for the whole field, which "gathers" has.
+
+    It is that of the first frame: kernels of the last few PSFs are kept. Those of slabs that a device gathers do not count.
+    """
+    if psf.nodes == (1, 1) or psf.lens_psf is None or psf.is_gathered_by_distance:
+        return {}
+    nodes = psf.nodes[0] * psf.nodes[1]
+    if isinstance(psf.lens_psf, PsfTable):
+        cells = float(len(psf.radii_px) * psf.lens_psf.kernels.shape[-1] ** 2)
+        made = {"turned cells": cells * nodes * channels}
+    else:
+        cells = float(sum((lens.size_px * lens.cells) ** 2 for lens in map(psf.fit_kernel, psf.radii_px)))
+        places = nodes if has_fixed_orientation(psf.lens_psf) else len(FIELDS)
+        made = {"wave cells": cells * places * sum(map(len, psf.lens_psf.wavelengths_nm))}
+    return {"kernel cells": cells * nodes * channels * psf.over, **made}
 
 
 def lamp_work(psf: FieldPsf, projection: Projection, lamps: Lamps, channels: int) -> Work:

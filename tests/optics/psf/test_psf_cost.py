@@ -10,8 +10,8 @@ from helpers.scene_builders import band_scene
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.passes.psf_work import gathered_work
-from simulator.optics.psf.psf_cost import COST_NS, cost_ms, gather_work, gathered_samples, transform_work
+from simulator.optics.passes.psf_work import gathered_work, transformed_work
+from simulator.optics.psf.psf_cost import COST_NS, cost_ms, gather_work, gathered_samples, kernel_work, transform_work
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
@@ -77,6 +77,35 @@ def test_a_transform_costs_the_frame_with_its_margins_in_each_colour():
     samples = (32 + side) * (24 + side) * psf.over**2
     assert transform_work(psf, 32, 24, 3)["samples"] == pytest.approx(3 * samples * len(psf.radii_px))
     assert transform_work(psf, 32, 24, 1)["samples"] == pytest.approx(samples * len(psf.radii_px))
+
+
+COMA = dataclasses.replace(LENS, f_number=4.0, aberrations=Aberrations(coma_um=0.5))
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.0])
+def test_kernels_over_the_field_cost_their_cells_at_all_nodes(tolerance):
+    """A frame of 32 x 24 takes longer for its kernels than for its light, whether the device gathers or the host transforms."""
+    optics = optics_of(COMA, tolerance)
+    psf = optics.psf
+    assert psf is not None and psf.nodes != (1, 1) and (psf.core is None) == (tolerance == 0.0)
+    cells = len(psf.point_cells(0, 0, 0)[0]) ** 2
+    work = kernel_work(psf, 3)
+    assert work["kernel cells"] == cells * psf.nodes[0] * psf.nodes[1] * 3 * psf.over
+    assert work["wave cells"] % (cells * sum(len(row) for row in psf.lens_psf.wavelengths_nm)) == 0
+    told = (transformed_work if psf.core is None else gathered_work)(optics, psf)
+    assert {name: told[name] for name in work} == work
+    assert cost_ms(work) > 0.5 * cost_ms(told)
+
+
+def test_a_table_over_the_field_costs_its_turns(tmp_path):
+    np.savez(tmp_path / "lens.npz", kernels=np.full((1, 2, 1, 9, 9), 1 / 81), fields=[0.0, 1.0])
+    psf = psf_of(dataclasses.replace(LENS, psf=tmp_path / "lens.npz"))
+    cells = 81 * psf.nodes[0] * psf.nodes[1] * 3
+    assert kernel_work(psf, 3) == {"kernel cells": cells * psf.over, "turned cells": cells}
+
+
+def test_one_kernel_for_the_whole_field_costs_no_nodes():
+    assert kernel_work(psf_of(DIFFRACTING), 3) == {}
 
 
 def test_kernels_of_wave_optics_out_of_focus_cost_more_launches():
