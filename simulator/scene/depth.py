@@ -98,6 +98,7 @@ def load_depth(
     if coverage is not None and not coverage.any():
         return math.inf, ()
     file_notes: tuple[str, ...] = ()
+    window = scene_file.window
     if isinstance(depth_m, DepthChannel):
         path, depth = scene_file.path, scene_file.channel(depth_m.channel, f"{key}.depth.channel")
     elif isinstance(depth_m, RendererDepth):
@@ -105,7 +106,7 @@ def load_depth(
     else:
         file = read_pixels(depth_m.image, f"{key}.depth.image")
         path, depth, file_notes = depth_m.image, _depth_of(file, depth_m, key), file.notes
-        check_window(path, f"{key}.depth.image", file.window, scene_file.window, "the scene")
+        window = file.window
     if depth.shape != scene_file.size:
         raise PhotositeError(
             f"is {depth.shape[1]}x{depth.shape[0]} pixels, but the scene is "
@@ -113,6 +114,7 @@ def load_depth(
             key=f"{key}.depth.image",
             value=path,
         )
+    check_window(path, f"{key}.depth.image", window, scene_file.window, "the scene")
     if not isinstance(depth_m, RendererDepth):
         with np.errstate(over="ignore"):  # what float32 cannot hold is at infinity
             depth = depth.astype(np.float32)
