@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from data_gen.recipe.moving_camera import MovingCamera
+from simulator.color.reproducible import nine_digits
 from simulator.device import Device
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
@@ -16,7 +17,6 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.reproducible import nine_digits
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, IsoSetting, SpectralResponse, Window

@@ -8,9 +8,9 @@ import numpy as np
 from data_gen.samples.camera_color import camera_to_srgb
 from data_gen.samples.packing import pack
 from data_gen.samples.sample import Sample
+from simulator.color.reproducible import ordered_product
 from simulator.measurement.report.figures import MEASURED, new_figure
 from simulator.raw.development import srgb_encoded
-from simulator.reproducible import ordered_product
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,9 +7,9 @@ import numpy as np
 
 from data_gen.sources.source import CleanImage
 from simulator.color.camera_matrices import as_shot_neutral
+from simulator.color.reproducible import nine_digits_each
 from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant
 from simulator.errors import require
-from simulator.reproducible import nine_digits_each
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_color import matrix_under_d65
 

@@ -7,7 +7,7 @@ signal, 1 for a perfect white surface in the channel that sees it brightest; lam
 import numpy as np
 
 from data_gen.sources.paint import Paint
-from simulator.reproducible import weighted_sum
+from simulator.color.reproducible import weighted_sum
 
 LEAF_RADII_PX = (3.0, 96.0)
 LEAF_LAYERS = 5.0  # mean number of leaves over a pixel; exp(-5) = 0.7 % of the ground is left to be seen

@@ -8,8 +8,8 @@ import numpy as np
 
 from data_gen.sources.camera_view import camera_view
 from data_gen.sources.source import CleanImage
+from simulator.color.reproducible import ordered_product
 from simulator.errors import PhotositeError, require
-from simulator.reproducible import ordered_product
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera

@@ -9,7 +9,7 @@ import numpy as np
 
 from simulator.color.camera_matrices import CONNECTION_SPACE_WHITE, forward_matrix
 from simulator.color.colour_science import colour_science
-from simulator.reproducible import nine_digits_each, ordered_product, weighted_sum
+from simulator.color.reproducible import nine_digits_each, ordered_product, weighted_sum
 from simulator.sensor.camera.camera import Camera
 
 # XYZ to camera of the Darmstadt Noise Dataset's four, as the release has them: Nexus 6P, Sony A7R, Olympus E-M10, RX100 IV.

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.color.camera_matrices import camera_response, chart_reflectances
+from simulator.color.reproducible import nine_digits_each, ordered_product
 from simulator.color.spectra import WAVELENGTHS_NM, illuminant
-from simulator.reproducible import nine_digits_each, ordered_product
 from simulator.sensor.camera.camera import Camera
 
 LAMP_TEMPERATURES_K = tuple(round(1e6 / mired) for mired in range(100, 531, 10))  # from a blue sky to a candle, even in mired

@@ -24,8 +24,8 @@ from data_gen.sources.inverse_isp import (
 )
 from data_gen.sources.patches import Augmentation
 from data_gen.sources.source import apply_cfa
+from simulator.color.reproducible import ordered_product, weighted_sum
 from simulator.errors import PhotositeError, require
-from simulator.reproducible import ordered_product, weighted_sum
 from simulator.scene.color_channels import srgb_to_linear
 from simulator.scene.pixel_file import check_rgb, memory_for, read_pixels
 from simulator.sensor.camera.camera import Camera

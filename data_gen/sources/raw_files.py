@@ -8,9 +8,9 @@ import numpy as np
 
 from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.source import CleanImage
+from simulator.color.reproducible import nine_digits_each
 from simulator.errors import require
 from simulator.raw.raw_reader import RawFile, read_raw_file
-from simulator.reproducible import nine_digits_each
 
 KEY = "raw_files"
 EXTENSIONS = (".dng", ".arw", ".cr2", ".cr3", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2")

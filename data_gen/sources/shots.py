@@ -11,6 +11,7 @@ import numpy as np
 
 from data_gen.sources.camera_view import stored_matrix
 from data_gen.sources.source import CleanImage
+from simulator.color.reproducible import nine_digits
 from simulator.config import Sweep, load_shot, load_sweep
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError, require
@@ -20,7 +21,6 @@ from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import check_memory
-from simulator.reproducible import nine_digits
 from simulator.sensor.camera.camera_color import matrix_under_d65
 from simulator.sensor.camera.cfa import BAYER
 from simulator.sensor.readout import read_mean_electrons

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from statistics import NormalDist
 
+from simulator.color.reproducible import nine_digits
 from simulator.errors import require
-from simulator.reproducible import nine_digits
 
 
 @dataclass(frozen=True)

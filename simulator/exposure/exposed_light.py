@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
+from simulator.color.reproducible import nine_digits_each
 from simulator.exposure.flash import Flash, add_flash
 from simulator.exposure.light_curve import LightCurve, SteadyLight, collect
 from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.exposure.settings import Exposure
-from simulator.reproducible import nine_digits_each
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from simulator.color.colour_science import colour_science
+from simulator.color.reproducible import nine_digits_each, ordered_product
 from simulator.errors import PhotositeError
-from simulator.reproducible import nine_digits_each, ordered_product
 from simulator.scene.pixel_file import PixelFile, check_rgb, largest_code
 
 REC709_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, Table 1, item 1.3 and 1.4

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from simulator.color.reproducible import ordered_product
 from simulator.errors import reading, require
 from simulator.progress import counted_as
-from simulator.reproducible import ordered_product
 from simulator.scene.pixel_file import PixelFile
 
 FIX = "save it in MATLAB with save -v7, or take a file that ISETCam's sceneFromFile reads"
