@@ -65,7 +65,7 @@ def curvatures(
         if layer.coverage is not None:
             filled = layer.coverage[part].reshape(shape).min(axis=(0, 1, 3)) >= 1.0
             own = np.where(filled[:-2] & filled[1:-1] & filled[2:], own, 0.0)
-        inside.append(own[1:-1])
+        inside.append(own[1:-1] if len(own) > 2 else own)
     if not found:
         return 0.0, 0.0
     every, texture = (min(scale, 1.0) * float(np.quantile(np.concatenate(one), MOST)) for one in (found, inside))
@@ -146,14 +146,20 @@ def _steps(line: np.ndarray, side: int, borders_px: np.ndarray, beside_px: float
 
 
 def _strips(layer: Layer, scale: float) -> Iterator[tuple[tuple[np.ndarray, ...], bool]]:
-    """Places of a layer's pixels in strips of three photosites' height, one more at each end, and whether all are inside."""
+    """Places of a layer's pixels in strips of three photosites' height, one more at each end, and whether all are inside.
+
+    Of a scene that is lower than a strip all count as inside, since it has no others.
+    """
     side, (rows, columns, _) = max(1, round(scale)), layer.planes.shape
-    if min(rows, columns) < 3 * side:
+    if min(rows, columns) < side:
         return
     ends = side if rows * (1.0 - MOST) <= 2.0 * side else 0
     across_px = np.clip(np.arange(-side, columns // side * side + side), 0, columns - 1)
     for top in np.unique(np.linspace(-ends, rows - 3 * side + ends, _STRIPS).astype(int)):
-        yield np.ix_(np.clip(np.arange(top, top + 3 * side), 0, rows - 1), across_px), bool(0 <= top <= rows - 3 * side)
+        yield (
+            np.ix_(np.clip(np.arange(top, top + 3 * side), 0, rows - 1), across_px),
+            bool(0 <= top <= rows - 3 * side or rows < 3 * side),
+        )
 
 
 def _shape(part: tuple[np.ndarray, ...], layer: Layer) -> tuple[int, int, int, int]:
