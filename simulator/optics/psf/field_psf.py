@@ -21,13 +21,14 @@ from simulator.optics.psf.defocused_psf import DefocusedPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.kernel_split import Core, farthest_tail_px, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
-from simulator.optics.psf.psf_table import PsfTable, interpolation_weights, rotate_kernel, skew_kernel
+from simulator.optics.psf.psf_table import PsfTable, rotate_kernel, skew_kernel
+from simulator.optics.psf.rotated_kernels import lagrange_weights
 from simulator.optics.psf.square_light import line_weights
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
 from simulator.optics.pupil.pupil import UPRIGHT, Pupil
 
-FIELDS = (0.0, 0.25, 0.5, 0.75, 1.0)  # field radii of tables [half diagonals]
+FIELD_STEPS = 4  # from the axis to the corner, at which kernels that turn with the field are computed, where no plan says more
 # Margin around the geometric rays [lambda N], and the largest kernel [photosites] that it is used for: the first that fits is
 # taken. A fraction of 0.2 / margin of the light lies beyond it.
 MARGINS = ((60.0, 65), (40.0, 97), (20.0, 129), (12.0, 255), (6.0, LARGEST_KERNEL_PX))
@@ -61,6 +62,8 @@ class FieldPsf:
         scene; else they are means of light that is smooth between them.
     skew: of the lens's spots, as of `Pupil.skew`.
     footprint: of samples, one per photosite, that hold filter and open area (`Sampling.phases`); None: each is its own square.
+    field_steps: from the axis to the corner, at which kernels that turn with the field are computed.
+    field_error: predicted error of the light between nodes, as a share of the brightest.
     """
 
     lens_psf: WavefrontPsf | PsfTable | None
@@ -79,6 +82,8 @@ class FieldPsf:
     even_squares: bool = False
     skew: tuple[float, float] = UPRIGHT
     footprint: Footprint | None = None
+    field_steps: int = FIELD_STEPS
+    field_error: float = 0.0
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -98,6 +103,7 @@ class FieldPsf:
             self.even_squares,
             self.skew,
             self.footprint,
+            self.field_steps,
         )
         return lens, repr(self.pupil), self.sampling, *places
 
@@ -219,16 +225,19 @@ class FieldPsf:
         positive: of light samples that are even squares, which no kernel makes negative; of others, negative values are clipped
             and the rest scaled down to the same sum.
         """
-        if positive and self.spreads_squares:
-            return self._square_kernel(channel, row, column)
-        if positive:
+        if positive and not self.spreads_squares:
             kernel = self.kernel(slab, channel, False, row, column)
             kept = np.maximum(kernel, 0.0)
             return kept * (kernel.sum() / kept.sum())
-        key = slab, channel, row, column
+        key = slab, channel, positive, row, column
         if key not in self._kernels:
             own = self._own_node(row, column)
-            self._kernels[key] = self._make_kernel(slab, channel, own) if own == (row, column) else self._mirrored(key, own)
+            if own != (row, column):
+                self._kernels[key] = self._mirrored(key, own)
+            elif positive:
+                self._kernels[key] = self._square_kernel(channel, row, column)
+            else:
+                self._kernels[key] = self._make_kernel(slab, channel, own)
         return self._kernels[key]
 
     @property
@@ -256,14 +265,19 @@ class FieldPsf:
 
     def _own_node(self, row: int, column: int) -> tuple[int, int]:
         """Node whose kernel mirrors that of this node: the one in the first quarter, if kernels turn with the field."""
-        if not isinstance(self.lens_psf, WavefrontPsf) or has_fixed_orientation(self.lens_psf) or self.skew != UPRIGHT:
+        if not self.has_mirrored_nodes:
             return row, column
         return min(row, self.nodes[0] - 1 - row), min(column, self.nodes[1] - 1 - column)
 
-    def _mirrored(self, key: tuple[int, int, int, int], own: tuple[int, int]) -> np.ndarray:
+    @property
+    def has_mirrored_nodes(self) -> bool:
+        """Whether kernels turn with the field, so that those of mirrored places are mirror images."""
+        return isinstance(self.lens_psf, WavefrontPsf) and not has_fixed_orientation(self.lens_psf) and self.skew == UPRIGHT
+
+    def _mirrored(self, key: tuple[int, int, bool, int, int], own: tuple[int, int]) -> np.ndarray:
         """Kernel of a node, mirrored from its own in rows, columns or both, and in the places of the light samples."""
-        slab, channel, row, column = key
-        kernel = self.kernel(slab, channel, False, *own)
+        *name, row, column = key
+        kernel = self.kernel(*name, *own)
         by_place = kernel.reshape(self.over, self.over, *kernel.shape[1:])
         axes = [axis for axis, changed in enumerate((row != own[0], column != own[1])) if changed]
         return np.flip(by_place, (*axes, *(axis + 2 for axis in axes))).reshape(kernel.shape)
@@ -287,6 +301,10 @@ class FieldPsf:
             cells, per_photosite = self.point_cells(channel, *node)
         else:
             cells, per_photosite = self._node_cells(slab, channel, node)
+        return self._sampled(cells, per_photosite)
+
+    def _sampled(self, cells: np.ndarray, per_photosite: int) -> np.ndarray:
+        """`Sampling.phases` of the light of a point in cells."""
         band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
         return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited, self.footprint)
 
@@ -301,6 +319,15 @@ class FieldPsf:
         assert isinstance(self.lens_psf, WavefrontPsf)  # others have a size of their own
         return _fit_kernel(self.lens_psf, radius_px, self.over)
 
+    def computed_kernel(self, slab: int, channel: int, field_xy: tuple[float, float]) -> np.ndarray:
+        """What a photosite at a place of the field sees of light, computed there: (size, size) float64."""
+        lens = self._slab_psf(slab)
+        assert lens is not None  # an ideal lens has the same kernel everywhere
+        cells = lens.cell_kernel(channel, self.radii_px[slab], field_xy)
+        cells = cells if isinstance(lens, PsfTable) else cells / cells.sum()
+        cells = cells if self.skew == UPRIGHT else skew_kernel(cells, self.skew)
+        return self._sampled(cells, lens.cells).sum(axis=0)
+
     def _cells(self, slab: int, channel: int, field_xy: tuple[float, float]) -> tuple[np.ndarray, int]:
         """Light of a point in each cell, and cells per photosite."""
         lens, radius_px = self._slab_psf(slab), self.radii_px[slab]
@@ -312,16 +339,22 @@ class FieldPsf:
         return (cells if isinstance(lens, PsfTable) else cells / cells.sum()), lens.cells
 
     def _turned_cells(self, lens: WavefrontPsf, slab: int, channel: int, field_xy: tuple[float, float]) -> np.ndarray:
-        """Kernel between those of the FIELDS beside a place, turned to it; only these are computed."""
-        size = lens.size_px * lens.cells
-        found = np.zeros((size, size))
-        for column, weight in interpolation_weights(np.array(FIELDS), math.hypot(*field_xy)):
-            key = slab, channel, column
-            if key not in self._tables:
-                of_channel = replace(lens, wavelengths_nm=(lens.wavelengths_nm[channel],))
-                self._tables[key] = of_channel.table([self.radii_px[slab]], [FIELDS[column]])
-            found += weight * self._tables[key].kernels[0, 0, 0]
+        """Kernel at a place, of cubics through those computed at even field radii, turned to it; only these are computed."""
+        steps, size = self.field_steps, lens.size_px * lens.cells
+        place, found = min(math.hypot(*field_xy), 1.0) * steps, np.zeros((size, size))
+        for number, weight in zip(*lagrange_weights(np.arange(-1.0, steps + 1.0), place), strict=True):
+            if weight:
+                kernel = self._at_step(lens, slab, channel, abs(int(number) - 1))
+                found += weight * (kernel if number else kernel[:, ::-1])  # the other side of the axis has it mirrored
         return rotate_kernel(found, math.atan2(field_xy[1], field_xy[0]))
+
+    def _at_step(self, lens: WavefrontPsf, slab: int, channel: int, step: int) -> np.ndarray:
+        """Kernel at one of the `field_steps` on the x axis."""
+        key = slab, channel, step
+        if key not in self._tables:
+            cells = lens.cell_kernel(channel, self.radii_px[slab], (step / self.field_steps, 0.0))
+            self._tables[key] = (cells / cells.sum()).astype(np.float32)
+        return self._tables[key]
 
     def _slab_psf(self, slab: int) -> WavefrontPsf | DefocusedPsf | PsfTable | None:
         """Point spread function of a slab; that of a wavefront has the kernel size and cells that its blur radius needs."""
@@ -339,7 +372,7 @@ class FieldPsf:
         return DefocusedPsf(replace(focus, cells=min(focus.cells, coarse)), self.pupil, radius_px)
 
     @cached_property
-    def _kernels(self) -> dict[tuple[int, int, int, int], np.ndarray]:
+    def _kernels(self) -> dict[tuple[int, int, bool, int, int], np.ndarray]:
         return {}
 
     @cached_property
@@ -355,7 +388,7 @@ class FieldPsf:
         return {}
 
     @cached_property
-    def _tables(self) -> dict[tuple[int, int, int], PsfTable]:
+    def _tables(self) -> dict[tuple[int, int, int], np.ndarray]:
         return {}
 
     @cached_property

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
-from simulator.optics.psf.field_psf import FIELDS, FieldPsf, correction_reach_px, has_fixed_orientation
+from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px, has_fixed_orientation
 from simulator.optics.psf.lamps import Lamps, lie_alike
 from simulator.optics.psf.psf_table import PsfTable
 
@@ -74,7 +74,7 @@ def kernel_work(psf: FieldPsf, channels: int) -> Work:
         made = {"turned cells": cells * nodes * channels}
     else:
         cells = float(sum((lens.size_px * lens.cells) ** 2 for lens in map(psf.fit_kernel, psf.radii_px)))
-        places = nodes if has_fixed_orientation(psf.lens_psf) else len(FIELDS)
+        places = nodes if has_fixed_orientation(psf.lens_psf) else psf.field_steps + 1
         made = {"wave cells": cells * places * sum(map(len, psf.lens_psf.wavelengths_nm))}
     return {"kernel cells": cells * nodes * channels * psf.over, **made}
 

@@ -60,6 +60,9 @@ def psf_errors(
         found.append(ErrorTerm(PSF, "kernels of one distance for all", accuracy.in_sigma(left_out), TIGHTER, falls=True))
     if psf.core is not None:
         found.append(ErrorTerm(PSF, "a core and a tail on cells", accuracy.in_sigma(psf.core.error), TIGHTER, falls=True))
+    if psf.field_error > 0.0:
+        cause = f"kernels of {psf.nodes[0]} x {psf.nodes[1]} places, between which spots move"
+        found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(psf.field_error), TIGHTER, falls=True))
     if smallest_px is not None and not psf.by_distance and psf.over == 1 and psf.sampling != Sampling():
         error = accuracy.in_sigma(contrast * photosite_light_error(smallest_px))
         found.append(

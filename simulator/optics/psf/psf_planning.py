@@ -19,10 +19,10 @@ from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.bent_light import fit_footprint, kernel_bend_error
+from simulator.optics.psf.field_nodes import choose_nodes
 from simulator.optics.psf.field_psf import (
     FADE,
     FAR_AIRY,
-    FIELDS,
     FieldPsf,
     airy_radius_px,
     farthest_correction_px,
@@ -45,7 +45,7 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.stage import Moments
 
-FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they vary with the field
+FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they vary with the field, before `choose_nodes`
 MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
 MOST_FINER = 4  # slabs in place of one, between whose kernels transforms share light
@@ -148,7 +148,14 @@ def plan_visible_psf(
             return None, Skipped(f"changes nothing by more than {change:.2g} sigma", change), None
     lamps = _find_lamps(psf, scene, weights, projection, accuracy) if draws_lamps and defocus is None else None
     own = accuracy if lamps is None else _of_rest(accuracy, lamps)
+    dark_e = min(accuracy.electrons_per_radiance * dark_light(scene, weights), own.electrons)
+    light = own.peak / max(scale, 1.0) ** 2, own.electrons, dark_e, own.read_noise_e
+    in_the_dark = Visibility(max(own.allowed, RAY_ERROR * own.sigma), _detail(scene, scale), *light)
+    if not (psf.by_distance and len(psf.radii_px) > 1 and accuracy.tolerance):  # slabs choose theirs
+        psf = choose_nodes(psf, camera.channels, in_the_dark)
     gathered = _with_gather(psf, camera.channels, scene, defocus, own, scale)
+    if not gathered.field_error and not gathered.is_gathered_by_distance:
+        gathered = choose_nodes(gathered, camera.channels, in_the_dark)
     if gathered.over < psf.over and projection.is_bilinear:  # one sample of smooth light is cheap, and less exact
         left, finer = (accuracy.in_sigma(kernel_bend_error(one, scale, camera.channels) * bend()) for one in (gathered, psf))
         gathered = psf if finer <= whole < left else gathered
@@ -156,8 +163,7 @@ def plan_visible_psf(
     if core is None and psf.by_distance and defocus is not None and defocus.maps:
         return _with_finer_slabs(gathered, accuracy), None, lamps
     if core is not None and core.error and gathered.seen is not None:
-        dark_e = accuracy.electrons_per_radiance * dark_light(scene, weights)
-        seen = replace(gathered.seen, electrons=own.electrons, dark_e=min(dark_e, own.electrons), read_noise_e=own.read_noise_e)
+        seen = replace(gathered.seen, electrons=own.electrons, dark_e=dark_e, read_noise_e=own.read_noise_e)
         if gathered.is_gathered_by_distance:
             error = core.error + (hidden_error(gathered, seen) if _has_layers(scene, defocus) else 0.0)
         else:
@@ -243,11 +249,16 @@ def _has_layers(scene: Scene, defocus: Defocus | None) -> bool:
     return bool(scene.behind) and not (defocus is not None and defocus.guessed)
 
 
+def _detail(scene: Scene, scale: float) -> float:
+    """Scene pixels per photosite by whose edges errors are seen: even squares have edges, however wide they are."""
+    return max(scale, 1.0) if scene.interpolation == "nearest" else scale
+
+
 def _with_gather(
     psf: FieldPsf, channels: int, scene: Scene, defocus: Defocus | None, accuracy: Accuracy, scale: float
 ) -> FieldPsf:
     """Return a PSF of one kernel for all light with the core by which the device gathers it, where sums are cheaper."""
-    detail = max(scale, 1.0) if scene.interpolation == "nearest" else scale  # even squares have edges, however wide they are
+    detail = _detail(scene, scale)
     if accuracy.tolerance and psf.by_distance and len(psf.radii_px) > 1:
         seen = Visibility(accuracy.allowed, detail, accuracy.peak)
         found = plan_slabs(psf, replace(seen, has_layers=True)) if _has_layers(scene, defocus) else psf
@@ -454,6 +465,6 @@ def _telling_nodes(psf: FieldPsf) -> list[tuple[int, int]]:
     """
     nodes = list(np.ndindex(*psf.nodes))
     away = np.array([math.hypot(*psf.field_xy(*node)) for node in nodes])
-    known = psf.lens_psf.fields if isinstance(psf.lens_psf, PsfTable) else FIELDS
+    known = psf.lens_psf.fields if isinstance(psf.lens_psf, PsfTable) else np.linspace(0.0, 1.0, psf.field_steps + 1)
     beside = (np.abs(away - field) for field in (0.0, 1.0, *known))
     return list(dict.fromkeys(nodes[place] for one in beside for place in np.flatnonzero(one <= one.min() + 1e-9)))
