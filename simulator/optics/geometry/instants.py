@@ -29,6 +29,9 @@ LEAST_CELLS, MOST_CELLS = 512, 131072  # of the time in which any line is open, 
 CELLS_PER_LINE = 256  # of the time for which a line is open
 CELLS_PER_S = 200.0
 CELLS_PER_PERIOD = 32  # of the fastest motion, which is then wrong by 1/200 of its way to either side
+FINER_BORDERS = 16  # times as many places as instants at which light that jumps is looked at
+PULSED = 4.0  # times as large as of even light is the error of pulses at both ends of an interval, or that end on the way
+JUMP = 0.05  # of the brightest light, by which light in the middle of a cell differs from its mean where it jumps
 UNEVEN_TURN = 0.38  # of a period in a cell, beside whole ones, where they are too many: whole ones alone would look like rest
 MOST_INSTANTS = 4096
 STRAIGHT_PX = 1e-4  # largest distance of a way from a straight one at an even speed [photosites]
@@ -99,6 +102,12 @@ class TimedPath:
         self.times_s = np.linspace(first, last, cells + 1)
         self.poses = motion.pose_numbers(start_s + self.times_s)
         self.light = cell_light(curve, start_s + self.times_s)
+        ramps = any(bool((one.open_s > one.opens_s).any() or (one.closed_s > one.closes_s).any()) for one in self.openings)
+        middles = curve.brightness(
+            start_s + 0.5 * (self.times_s[1:] + self.times_s[:-1])
+        )  # far from the mean where light jumps
+        self.is_pulsed = bool(np.abs(middles - self.light).max() > JUMP * self.light.max())
+        self.is_evenly_lit = len(self.openings) == 1 and not ramps and bool(np.all(self.light == self.light[0]))
         self.displacement_px = motion.displacements(self.poses)
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
         self.steps_px = steps.max(axis=1, initial=0.0)
@@ -193,8 +202,7 @@ class TimedPath:
         It is straight where speed and light are even and the shutter opens and closes at once.
         """
         lines, ways = self.openings[0], self._ways(surface)
-        has_ramps = bool((lines.open_s > lines.opens_s).any() or (lines.closed_s > lines.closes_s).any())
-        if len(self.openings) > 1 or has_ramps or not bool(np.all(self.light == self.light[0])):
+        if not self.is_evenly_lit:
             return None
         if (speed := self._even_speed(ways)) is None:
             return None
@@ -268,7 +276,21 @@ class TimedPath:
         here = self.displacement_px[max(first - 1, 0) : last + 1]
         extent = float(np.linalg.norm(np.ptp(here, axis=0), axis=-1).max(initial=0.0))
         length = float(lengths[longest])
-        return PathLength(length, min(float(effective.max()), length), max(length / extent, 1.0) if extent > 0.0 else 1.0)
+        passages = max(length / extent, 1.0) if extent > 0.0 else 1.0
+        if self.is_evenly_lit:
+            return PathLength(length, min(float(effective.max()), length), passages)
+        return PathLength(length, length, passages * (PULSED if self.is_pulsed or len(self.openings) > 1 else 1.0))
+
+    @property
+    def crowding(self) -> float:
+        """Most light in a time over its mean while a line is open, of the line with most; 1 where it is even."""
+        if self.is_evenly_lit:
+            return 1.0
+        span_s = np.maximum(self.lines.closed_s - self.lines.opens_s, 1e-300)
+        lit = float((self._reach(self.light * np.diff(self.times_s)) / span_s).max())
+        widest = np.max([one.peak for one in self.openings], axis=0)
+        opened = span_s * widest / np.maximum(np.sum([one.effective_s for one in self.openings], axis=0), 1e-300)
+        return max(float(self.light.max()) / max(lit, 1e-300) * float(opened.max()), 1.0)
 
     @property
     def slant(self) -> float:
@@ -277,9 +299,16 @@ class TimedPath:
         return float((across * down / np.maximum(across**2 + down**2, 1e-300)).max(initial=0.0))
 
     def instants_error(self, count: int, length: "PathLength", contrast: float) -> float:
-        """Return the predicted error of so many instants at edges, as `instants_error`; measured where the path turns back."""
+        """Return the predicted error of so many instants at edges, as `instants_error`.
+
+        It is measured where the path turns back or light jumps, unless light ends in the dark between several openings.
+        """
         law = instants_error(count if self.spacing is None else count / self.spacing.excess, length, contrast)
-        return min(law, EDGE_MARGIN * contrast * self.edge_error(count)) if length.passages > 1.0 else law
+        return (
+            min(law, EDGE_MARGIN * contrast * self.edge_error(count))
+            if length.passages > 1.0 and len(self.openings) == 1
+            else law
+        )
 
     def longest_places(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return displacements x, y (count, 2) [photosites] and weights (count,) of so many instants of the longest path."""
@@ -348,6 +377,8 @@ class TimedPath:
         opens, closed = lines.opens_s[:, None], lines.closed_s[:, None]
         if spacing == "light":
             edges = self._equal_light(share)
+        elif not self.is_evenly_lit:
+            edges = self._lit_borders(self.borders(count))
         else:
             measure = self._measure()
             share = self.borders(count)
@@ -368,6 +399,30 @@ class TimedPath:
         speeds = (self.poses[-1] - self.poses[0]) / max(float(self.times_s[-1] - self.times_s[0]), 1e-300)
         poses = means[..., 1:] + speeds * self.late_s[:, None, None]
         return Instants(lines.axis, weights, self.start_s + means[..., 0] + self.late_s[:, None], poses)
+
+    def _lit_borders(self, share: np.ndarray) -> np.ndarray:
+        """Return the borders of intervals of equal sums of the shares of a line's way and of its light, (lines, borders) [s].
+
+        share: of all of it, (borders,). The product of both shares of an interval is then at most that of even light.
+        """
+        found, moved = np.empty((len(self.lines.peak), len(share))), np.concatenate([[0.0], np.cumsum(self.steps_px)])
+        fine = np.linspace(0.0, 1.0, FINER_BORDERS * len(share)) if self.is_pulsed else np.array([0.0, 1.0])
+        for line, (opens, closed) in enumerate(zip(self.lines.opens_s, self.lines.closed_s, strict=True)):
+            first, last = np.searchsorted(self.times_s, (opens, closed))
+            times = np.sort(np.concatenate([opens + (closed - opens) * fine, self.times_s[first:last]]))
+            clock_s, middles = self.start_s + times, 0.5 * (times[1:] + times[:-1])
+            come = np.diff(self.curve.mean_integral(clock_s, clock_s)) + self.curve.steady * np.diff(clock_s)
+            passing = np.zeros(len(middles))
+            for own in self.openings:
+                corners = [one[line] for one in (own.opens_s, own.open_s, own.closes_s, own.closed_s)]
+                passing += own.peak[line] * np.interp(middles, corners, [0.0, 1.0, 1.0, 0.0])
+            parts = passing * np.maximum(come, 0.0), np.diff(np.interp(times, self.times_s, moved))
+            steps = 1e-6 * np.diff(times) / max(closed - opens, 1e-300)
+            steps = steps + np.sum([one / max(float(one.sum()), 1e-300) for one in parts], axis=0)
+            measure = np.concatenate([[0.0], np.cumsum(steps)])
+            found[line] = np.interp(share * measure[-1], measure, times)
+            found[line, [0, -1]] = opens, closed
+        return found
 
     def _equal_light(self, share: np.ndarray) -> np.ndarray:
         """Return the borders of intervals of equal light on each line, (lines, borders) [s]."""

@@ -190,7 +190,7 @@ class MotionPlan:
         own = self.path.lines
         open_s = float((own.closed_s - own.opens_s).mean())
         span_s = float(own.closed_s.max() - own.opens_s.min())
-        count = math.ceil(self.even_count * span_s / max(open_s, 1e-12) - 1e-9)
+        count = math.ceil(self.even_count * math.sqrt(self.path.crowding) * span_s / max(open_s, 1e-12) - 1e-9)
         return self.path.even_nodes(min(max(count, 1), MOST_NODES))
 
     def lines_of(self, window: Window) -> np.ndarray:

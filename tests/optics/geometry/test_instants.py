@@ -87,6 +87,12 @@ def test_the_law_of_instants_bounds_the_error_of_an_edge(camera, count):
         assert path.length.longest_px == pytest.approx(20.0) and error >= 0.97 * law - 1e-4
 
 
+def both_weights(path: TimedPath, nodes_s: np.ndarray, times_s: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of nodes in the light of the only line, and those of dense sums."""
+    dense = [np.interp(times_s, nodes_s, node) @ light / light.sum() for node in np.eye(len(nodes_s))]
+    return path.node_weights(nodes_s)[0], np.array(dense)
+
+
 def test_a_ramp_of_the_shutter_and_a_lamp_weigh_the_instants():
     """A trapezoid of 2, 4 and 3 ms under light 1 + cos(2 pi 100 t): weights and mean place of a steady path, by dense sums."""
     lines = LineTimes("all", *(np.array([value]) for value in (0.001, 0.003, 0.007, 0.010, 0.8)))
@@ -96,12 +102,10 @@ def test_a_ramp_of_the_shutter_and_a_lamp_weigh_the_instants():
     opening = np.clip(np.minimum((times_s - 0.001) / 0.002, (0.010 - times_s) / 0.003), 0.0, 1.0)
     weight = opening * (1.0 + np.cos(200.0 * np.pi * (0.25 + times_s)))
     path = TimedPath(moved(SteadyMotion(right_m_per_s=1.0)), lines, 0.25, lamp)
-    instants = path.instants(9)
-    groups = np.array_split(np.arange(90000), 9)
-    assert np.allclose(instants.weights[0], [weight[group].sum() / weight.sum() for group in groups], atol=2e-5)
-    means = [np.average(0.25 + times_s[group], weights=weight[group]) for group in groups]
-    assert np.allclose(instants.times_s[0], means, atol=1e-6)
-    assert np.allclose(instants.pose_numbers[0, :, 3], means, atol=1e-6)
+    assert np.allclose(*both_weights(path, np.linspace(0.001, 0.010, 10), times_s, weight), atol=2e-5)
+    instants, mean = path.instants(9), np.average(0.25 + times_s, weights=weight)
+    assert instants.weights[0] @ instants.times_s[0] == pytest.approx(mean, abs=1e-6)
+    assert instants.weights[0] @ instants.pose_numbers[0, :, 3] == pytest.approx(mean, abs=1e-6)
     assert np.allclose(path.instants(7, "light").weights, 1.0 / 7.0, rtol=2e-3)
 
 
@@ -118,16 +122,13 @@ def test_a_ramp_of_the_shutter_and_a_lamp_weigh_the_instants():
 def test_light_that_changes_within_cells_of_the_path_weighs_instants_exactly(time_s, lamp):
     """Pulses as often as the cells of a path do not beat with them: weights and mean times by dense sums."""
     path = TimedPath(moved(SteadyMotion(right_m_per_s=0.06 / time_s)), open_at_once(time_s), 0.25, lamp)
-    times_s = 0.25 + time_s * (np.arange(4_000_000) + 0.5) / 4_000_000
-    light = np.array_split(lamp.brightness(times_s).astype(np.float64), 40)
+    times_s = time_s * (np.arange(1_000_000) + 0.5) / 1_000_000
+    light = lamp.brightness(0.25 + times_s).astype(np.float64)
+    assert np.allclose(*both_weights(path, np.linspace(0.0, time_s, 41), times_s, light), atol=2e-4)
     instants = path.of_shift().instants(40)
-    borders = np.searchsorted(times_s, 0.25 + time_s * path.borders(40))
-    assert np.ptp(np.diff(borders)) <= 1
-    weights = np.array([own.sum() for own in light])
-    assert np.allclose(instants.weights[0], weights / weights.sum(), atol=1e-5)
-    lit = weights > 0.0
-    means = [np.average(times, weights=own) for times, own in zip(np.array_split(times_s, 40), light, strict=True) if own.any()]
-    assert np.allclose(instants.times_s[0, lit], means, atol=2e-6 * time_s)
+    assert instants.weights[0] @ instants.times_s[0] == pytest.approx(
+        0.25 + np.average(times_s, weights=light), abs=1e-5 * time_s
+    )
 
 
 def test_each_line_has_its_own_instants():
