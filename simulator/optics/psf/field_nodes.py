@@ -20,7 +20,7 @@ from simulator.optics.psf.visibility import Visibility
 SHARE = 0.3  # of the allowed error, for the light between nodes
 HEIGHTS = (0.125, 0.875)  # field radii at which it is measured, beside those of a table
 WIDEST = 0.125  # distance of a place from the nodes beside it at which it is measured first [half diagonals]
-HALVINGS = 2  # of that distance, at most
+NEAREST = WIDEST / 4.0  # the same at last
 FALLS = 0.35  # share of the error at twice the distance, from which on it falls as the square
 CROSSED = 1.5  # times the error beside a bar along each axis, of random pixels, which have corners and edges of any way
 LEAST_NODES = 3  # along an axis
@@ -67,10 +67,10 @@ def _measured(of: Keyed, channels: int, seen: Visibility) -> tuple[float, float]
     """
     psf, away, before = of.psf, WIDEST, math.inf
     places = list(itertools.product(range(channels), _heights(psf)))
-    for halving in itertools.count():
+    while True:
         errors = {place: _error(psf, *place, away, seen) for place in places}
         error = max(errors.values())
-        if error <= max(SHARE * seen.allowed, FALLS * before) or halving == HALVINGS:
+        if error <= max(SHARE * seen.allowed, FALLS * before) or away <= NEAREST:
             return away, error
         places = [place for place in places if errors[place] >= 0.5 * error]
         away, before = 0.5 * away, error

@@ -276,8 +276,8 @@ class FieldPsf:
 
     def _mirrored(self, key: tuple[int, int, bool, int, int], own: tuple[int, int]) -> np.ndarray:
         """Kernel of a node, mirrored from its own in rows, columns or both, and in the places of the light samples."""
-        *name, row, column = key
-        kernel = self.kernel(*name, *own)
+        slab, channel, positive, row, column = key
+        kernel = self.kernel(slab, channel, positive, *own)
         by_place = kernel.reshape(self.over, self.over, *kernel.shape[1:])
         axes = [axis for axis, changed in enumerate((row != own[0], column != own[1])) if changed]
         return np.flip(by_place, (*axes, *(axis + 2 for axis in axes))).reshape(kernel.shape)
