@@ -17,7 +17,6 @@ from simulator.measurement.quantities.measured_frame import Area, MeasuredFrame,
 from simulator.measurement.quantities.mtf import Mtf
 from simulator.measurement.quantities.quantity import Measured
 from simulator.measurement.report.figures import FORMATS, write_figure
-from simulator.measurement.statistics.clipping import is_clipped
 from simulator.measurement.statistics.edge_search import SIDES_PX, find_edges
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ def _search(frame: MeasuredFrame, most: int) -> list[Area]:
     height, width = (side // 2 * 2 for side in frame.dn.shape)
     black = np.tile(frame.black_level_dn, (height // 2, width // 2))
     codes = frame.dn[:height, :width]
-    found = find_edges(codes - black, is_clipped(codes, frame.white_level_dn), most)
+    found = find_edges(codes - black, codes >= frame.white_level_dn, most)
     if not found:
         told = (
             f"no square of {min(SIDES_PX)} to {max(SIDES_PX)} photosites holds one straight edge and nothing else, unclipped, "

@@ -1,6 +1,7 @@
 """Diffraction, aberrations, PSF files and low-pass filter in a shot file: read, found again, refused, explained."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -129,7 +130,11 @@ def test_explain_tells_what_is_kept_and_why(tmp_path):
     )
     assert not any(reason[step][0] for step in ("aberrations", "low-pass filter", "pixel aperture"))
     reason = reasons(write_shot(tmp_path, f"{THIN}, aberrations: {{coma: 0.5 um}}", "low_pass: 4.2 um, fill_factor: 0.81, "))
-    assert reason["diffraction"][0] and "kernels of" in reason["diffraction"][1] and "7 x 9 places" in reason["aberrations"][1]
+    assert (
+        reason["diffraction"][0]
+        and "kernels of" in reason["diffraction"][1]
+        and re.match(r"kernels at \d+ x \d+ places", reason["aberrations"][1])
+    )
     assert reason["low-pass filter"] == (True, "four spots 4.2 um apart: no contrast at 1 cycles per photosite")
     assert reason["pixel aperture"] == (True, "sensitive squares of 0.9 photosites: sinc(0.9 nu) instead of sinc(nu)")
     far = "focal_length: 50 mm, f_number: f/1.4, focus_distance: 0.5 m, diffraction: true"

@@ -40,7 +40,7 @@ class BlurLength:
     def measure(self, frame: MeasuredFrame) -> Measured:
         """Measure the blur.
 
-        Raises PhotositeError for an area without an edge, or a colour that the frame does not have, and where over 1 % of the
+        Raises PhotositeError for an area without an edge, or a colour that the frame does not have, and where too many
         photosites clip.
         """
         signal, seen = area_of(frame, self.plane, self.area)

@@ -34,7 +34,7 @@ class Mtf:
     def measure(self, frame: MeasuredFrame) -> Measured:
         """Measure the edge.
 
-        Raises PhotositeError for an area without a slanted edge, or a colour that the frame has not, and where over 1 % of the
+        Raises PhotositeError for an area without a slanted edge, or a colour that the frame has not, and where too many
         photosites clip.
         """
         signal, seen = area_of(frame, self.plane, self.area)

@@ -4,7 +4,8 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 
-MOST_CLIPPED = 0.01  # share of photosites at an end of the codes, above which what is measured of them is not told
+MOST_CLIPPED = 0.01  # share of photosites at the white level, above which what is measured of them is not told
+MOST_AT_ZERO = 0.1  # the same at code 0 of an edge, of which half is dark
 LEAST_SHARE = 1e-3  # of all photosites; fewer at one high code are highlights or defects
 STANDS_OUT = (
     2.0  # count at the clipping code over that of every code below: the noise of a bright frame spreads over more codes
@@ -12,20 +13,20 @@ STANDS_OUT = (
 MOST_ABOVE = 0.05  # of the count at the clipping code; a peak of noise has as many codes above as below
 
 
-def is_clipped(codes: np.ndarray, white_level_dn: int) -> np.ndarray:
-    """Return the mask of codes at the white level or above, and of codes 0, where a camera without pedestal ends."""
-    return (codes >= white_level_dn) | (codes == 0)
-
-
 def require_unclipped(codes: np.ndarray, white_level_dn: int) -> None:
-    """Raise PhotositeError where more than MOST_CLIPPED of the codes of an edge are clipped: how many, and what helps."""
-    if np.count_nonzero(is_clipped(codes, white_level_dn)) <= MOST_CLIPPED * codes.size:
+    """Raise PhotositeError where too many of the codes of an edge are clipped: how many, and what helps.
+
+    These are MOST_CLIPPED at the white level, and MOST_AT_ZERO at code 0, where a camera without pedestal ends: photosites that
+    counted no electron have it, too.
+    """
+    at_white, at_zero = (int(np.count_nonzero(there)) for there in (codes >= white_level_dn, codes == 0))
+    if at_white <= MOST_CLIPPED * codes.size and at_zero <= MOST_AT_ZERO * codes.size:
         return
     ends = (
-        (codes >= white_level_dn, f"at or above the white level of {white_level_dn} DN", "expose it less"),
-        (codes == 0, "at code 0", "expose it more, or light its dark side"),
+        (at_white, f"at or above the white level of {white_level_dn} DN", "expose it less"),
+        (at_zero, "at code 0", "expose it more, or light its dark side"),
     )
-    parts = [(int(np.count_nonzero(there)), place, fix) for there, place, fix in ends if there.any()]
+    parts = [(count, place, fix) for count, place, fix in ends if count]
     told = " and ".join(f"{count} {place}" for count, place, _ in parts)
     help_text = "; ".join(fix for *_, fix in parts)
     rule = f"{told} of {codes.size} photosites, so that the edge is cut off and would count as sharper than it is"

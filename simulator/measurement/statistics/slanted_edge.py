@@ -86,7 +86,7 @@ def edge_of_raw_file(
 
     window_px: left, top, width and height of a region that contains one edge and nothing else; default: the whole frame.
     Raises PhotositeError for a file that is not a raw file, a colour it does not have, a region without a slanted edge, and one
-    in which over 1 % of the photosites of the colour clip.
+    in which too many photosites of the colour clip.
     """
     raw = read_raw_file(path)
     label = os.fspath(path)

@@ -58,6 +58,8 @@ def across(way_px: tuple[float, float]) -> Motion:
 class Swing:
     """A camera that swings to the side by 0.02 m about where it is at rest, 60 times a second."""
 
+    fastest_hz = 60.0
+
     def poses(self, times_s: np.ndarray) -> Poses:
         location = np.zeros((len(times_s), 3))
         location[:, 0] = 0.02 * np.sin(120.0 * np.pi * times_s)
