@@ -24,7 +24,7 @@ NEAREST = WIDEST / 4.0  # the same at last
 FALLS = 0.35  # share of the error at twice the distance, from which on it falls as the square
 CROSSED = 1.5  # times the error beside a bar along each axis, of random pixels, which have corners and edges of any way
 LEAST_NODES = 3  # along an axis
-MOST_MADE = 60  # kernels of a colour that are made; the others are their mirror images
+MOST_MADE = 64  # kernels of a colour that are made; the others are their mirror images
 
 
 def choose_nodes(psf: FieldPsf, channels: int, seen: Visibility) -> FieldPsf:
