@@ -103,10 +103,8 @@ class TimedPath:
         self.poses = motion.pose_numbers(start_s + self.times_s)
         self.light = cell_light(curve, start_s + self.times_s)
         ramps = any(bool((one.open_s > one.opens_s).any() or (one.closed_s > one.closes_s).any()) for one in self.openings)
-        middles = curve.brightness(
-            start_s + 0.5 * (self.times_s[1:] + self.times_s[:-1])
-        )  # far from the mean where light jumps
-        self.is_pulsed = bool(np.abs(middles - self.light).max() > JUMP * self.light.max())
+        in_middle = curve.brightness(start_s + 0.5 * (self.times_s[1:] + self.times_s[:-1]))  # no mean where light jumps
+        self.is_pulsed = bool(np.abs(in_middle - self.light).max() > JUMP * self.light.max())
         self.is_evenly_lit = len(self.openings) == 1 and not ramps and bool(np.all(self.light == self.light[0]))
         self.displacement_px = motion.displacements(self.poses)
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
