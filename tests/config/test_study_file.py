@@ -8,6 +8,7 @@ import tracemalloc
 from dataclasses import dataclass
 
 import pytest
+from helpers.small_sweep import SHOT
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,14 +18,6 @@ from simulator.config.document_merge import parse_override
 from simulator.config.study_file import Study, load_study_file
 from simulator.config.yaml_dialect import dump_flow
 from simulator.errors import PhotositeError
-
-SHOT = """\
-scene: {chart: flat_field, luminance: 100 cd/m^2}
-lens: {focal_length: 50 mm, f_number: f/4, focus_distance: 2 m}
-exposure: {time: 1/125 s, iso: 100}
-camera: sony_a7s2
-seeds: {frame: 40}
-"""
 
 
 @dataclass(frozen=True)

@@ -151,11 +151,16 @@ def plan_visible_psf(
     dark_e = min(accuracy.electrons_per_radiance * dark_light(scene, weights), own.electrons)
     light = own.peak / max(scale, 1.0) ** 2, own.electrons, dark_e, own.read_noise_e
     in_the_dark = Visibility(max(own.allowed, RAY_ERROR * own.sigma), _detail(scene, scale), *light)
+
+    def with_nodes(psf: FieldPsf) -> FieldPsf:
+        found = choose_nodes(psf, camera.channels, in_the_dark)
+        return found if found is psf else replace(found, field_error=found.field_error * accuracy.sigma / own.sigma)
+
     if not (psf.by_distance and len(psf.radii_px) > 1 and accuracy.tolerance):  # slabs choose theirs
-        psf = choose_nodes(psf, camera.channels, in_the_dark)
+        psf = with_nodes(psf)
     gathered = _with_gather(psf, camera.channels, scene, defocus, own, scale)
     if not gathered.field_error and not gathered.is_gathered_by_distance:
-        gathered = choose_nodes(gathered, camera.channels, in_the_dark)
+        gathered = with_nodes(gathered)
     if gathered.over < psf.over and projection.is_bilinear:  # one sample of smooth light is cheap, and less exact
         left, finer = (accuracy.in_sigma(kernel_bend_error(one, scale, camera.channels) * bend()) for one in (gathered, psf))
         gathered = psf if finer <= whole < left else gathered
