@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError, check_file, reading, require
+from simulator.errors import PhotositeError, check_file, reading
 from simulator.progress import counted_as
 from simulator.scene.alpha import SLACK
 from simulator.scene.camera_raw import refuse_raw
@@ -54,13 +54,8 @@ def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[
     refuse_raw(path, KEY)
     with reading(path, DAMAGED, key=KEY), opened_picture(path, KEY) as source:
         parts = source.spec().get_int_attribute("oiio:subimages", 1)
-        for part in range(parts):
-            if not source.seek_subimage(part, 0):
-                raise unreadable(KEY, path, source.geterror())
-            if source.spec().deep:
-                break
+        part = _first_deep_part(source, parts, path)
         spec = source.spec()
-        require(spec.deep, KEY, path, "is no deep picture, it has one colour per pixel; write image: instead of deep:")
         check_square_pixels(spec, KEY, path)
         data = source.read_native_deep_image(part, 0)
         if data is None or source.has_error:
@@ -70,6 +65,16 @@ def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[
         np.clip(samples.alpha, 0.0, 1.0, out=samples.alpha)
         notes += (f"{path.name}: has {parts} parts; only the first deep one is read",) if parts > 1 else ()
         return samples, spec.getattribute("chromaticities"), notes
+
+
+def _first_deep_part(source: "oiio.ImageInput", parts: int, path: Path) -> int:
+    """Go to the first deep part of the file and return its number. Raises PhotositeError where there is none."""
+    for part in range(parts):
+        if not source.seek_subimage(part, 0):
+            raise unreadable(KEY, path, source.geterror())
+        if source.spec().deep:
+            return part
+    raise PhotositeError("is no deep picture, it has one colour per pixel; write image: instead of deep:", key=KEY, value=path)
 
 
 def _samples(data: "oiio.DeepData", spec: "oiio.ImageSpec", path: Path) -> tuple[DeepSamples, tuple[str, ...]]:
