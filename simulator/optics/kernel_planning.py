@@ -30,7 +30,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
 
-def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None, draws_lamps: bool) -> OpticsPlan:
+def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None, is_at_rest: bool) -> OpticsPlan:
     """Return the plan with the point spread function, unless its effect is invisible at every ISO.
 
     Kernels by distance hold a low-pass filter. Where its spots see layers apart by more than is allowed, and on the reference
@@ -39,7 +39,7 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     projection, camera = planned.projection, sensor.camera
     if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprint is not None:
         return _without_kernels(planned, lens, sensor)  # the scene is integrated over the open area of each photosite
-    found = _with_kernels(planned, lens, sensor, camera, floor, draws_lamps)
+    found = _with_kernels(planned, lens, sensor, camera, floor, is_at_rest)
     if not camera.low_pass_um or found.defocus is None or found.psf is None or not found.psf.by_distance:
         return found
     apart_px = camera.low_pass_um / camera.pixel_pitch_um
@@ -47,7 +47,7 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     error = filtered_layers_error(planned.scene, to_share, found.defocus, apart_px) if planned.scene.behind else 0.0
     if error > (planned.accuracy.allowed if planned.accuracy.tolerance else 0.0):
         at_spots = replace(planned, projection=replace(projection, low_pass_px=apart_px))
-        apart = _with_kernels(at_spots, lens, sensor, replace(camera, low_pass_um=0.0), floor, draws_lamps)
+        apart = _with_kernels(at_spots, lens, sensor, replace(camera, low_pass_um=0.0), floor, is_at_rest)
         if apart.psf is not None:
             return apart
     return replace(found, spots_error=error)
@@ -62,7 +62,7 @@ def with_wings(planned: OpticsPlan, seen: Scene) -> OpticsPlan:
 
 
 def _with_kernels(
-    planned: OpticsPlan, lens: Lens, sensor: SensorPlan, camera: Camera, floor: NoiseFloor | None, draws_lamps: bool
+    planned: OpticsPlan, lens: Lens, sensor: SensorPlan, camera: Camera, floor: NoiseFloor | None, is_at_rest: bool
 ) -> OpticsPlan:
     """Return the plan with the point spread function of the lens and this camera."""
     exposure, irradiance = sensor.exposure, sensor.irradiance
@@ -80,10 +80,10 @@ def _with_kernels(
         planned.projection,
         contrast,
         planned.accuracy,
-        partial(_bends, planned, per_radiance),
+        partial(_sampling_error, planned, lamps=None, per_radiance=per_radiance),
         planned.tolerance,
         focus_px=planned.focus_px,
-        draws_lamps=draws_lamps,
+        is_at_rest=is_at_rest,
     )
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:
@@ -96,7 +96,7 @@ def _with_kernels(
         smallest_px = None if first is None else min(least for least, _ in first.of_scene().ranges_px)
         dark = partial(dark_light, planned.scene, planned.weights)
         undrawn = undrawn_error(psf, lamps, planned.projection, planned.accuracy, dark, smallest_px)
-    has_rays = draws_lamps and psf is not None and _sends_layer_rays(planned, psf)
+    has_rays = is_at_rest and psf is not None and _sends_layer_rays(planned, psf)
     return replace(
         planned,
         psf=psf,
@@ -172,18 +172,25 @@ def _spread_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> fl
 def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:
     """Error of the samples of a scene that kernels by distance are applied to, as a share of the brightest light.
 
-    Kernels end within samples that mix pixels of a fine scene, as photosites and circles of confusion do, or in which the light
-    of a coarse scene bends; those of a lens spread what samples do not tell of it.
+    Kernels end within samples that mix even squares of the scene, as photosites and circles of confusion do, or in which light
+    between its pixels bends; those of a lens spread what samples do not tell of it.
     """
     projection = planned.projection
     if psf.by_distance and projection.is_bilinear:
         return kernel_bend_error(psf, projection.scale, planned.channels) * _bends(planned, per_radiance)
-    if not psf.by_distance or not projection.is_fine or projection.whole_pixels((psf.over,)):
+    has_squares = projection.is_fine or projection.nearest
+    if not psf.by_distance or not has_squares or projection.whole_pixels((psf.over,)):
         return 0.0
-    scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)
+    return mixing_error(
+        planned, psf, planned.scene if lamps is None else lamps.without(planned.scene, planned.weights), per_radiance
+    )
+
+
+def mixing_error(planned: OpticsPlan, psf: FieldPsf, scene: Scene, per_radiance: float) -> float:
+    """Error of samples that mix the even squares of a scene, as a share of the brightest light. per_radiance: as elsewhere."""
     detail = scene_detail(scene, planned.weights, per_radiance, planned.accuracy)
     width_px = airy_radius_px(psf.lens_psf) if isinstance(psf.lens_psf, WavefrontPsf) else 0.0
-    return float(square_error(np.array(width_px), psf.over, projection.scale, detail))
+    return float(square_error(np.array(width_px), psf.over, planned.projection.scale, detail))
 
 
 def _bends(planned: OpticsPlan, per_radiance: float) -> float:

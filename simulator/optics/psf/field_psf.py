@@ -23,7 +23,7 @@ from simulator.optics.psf.kernel_split import Core, farthest_tail_px, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable, rotate_kernel, skew_kernel
 from simulator.optics.psf.rotated_kernels import lagrange_weights
-from simulator.optics.psf.square_light import line_weights
+from simulator.optics.psf.square_light import square_phases
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
 from simulator.optics.pupil.pupil import UPRIGHT, Pupil
@@ -59,7 +59,8 @@ class FieldPsf:
     core: how the device gathers light with the kernels; None: they are convolved by transforms on the host.
     corrected_px: signed blur radii at which the geometric blur and the kernel in focus are corrected to wave optics, ascending.
     seen: how an error of gathered kernels shows in the scene. even_squares: whether light samples are even squares of the
-        scene; else they are means of light that is smooth between them.
+        scene, whose kernels nothing cuts at half a cycle and none is negative; else they are means of light that is smooth
+        between them.
     skew: of the lens's spots, as of `Pupil.skew`.
     footprint: of samples, one per photosite, that hold filter and open area (`Sampling.phases`); None: each is its own square.
     field_steps: from the axis to the corner, at which kernels that turn with the field are computed.
@@ -222,46 +223,17 @@ class FieldPsf:
     def kernel(self, slab: int, channel: int, positive: bool, row: int, column: int) -> np.ndarray:
         """Kernel at a node, (over^2, size, size) float64, phases as of `Sampling.phases`.
 
-        positive: of light samples that are even squares, which no kernel makes negative; of others, negative values are clipped
-            and the rest scaled down to the same sum.
+        positive: negative values are clipped and the rest scaled down to the same sum; even squares have none.
         """
-        if positive and not self.spreads_squares:
+        if positive and not self.even_squares:
             kernel = self.kernel(slab, channel, False, row, column)
             kept = np.maximum(kernel, 0.0)
             return kept * (kernel.sum() / kept.sum())
-        key = slab, channel, positive, row, column
+        key = slab, channel, row, column
         if key not in self._kernels:
             own = self._own_node(row, column)
-            if own != (row, column):
-                self._kernels[key] = self._mirrored(key, own)
-            elif positive:
-                self._kernels[key] = self._square_kernel(channel, row, column)
-            else:
-                self._kernels[key] = self._make_kernel(slab, channel, own)
+            self._kernels[key] = self._make_kernel(slab, channel, own) if own == (row, column) else self._mirrored(key, own)
         return self._kernels[key]
-
-    @property
-    def spreads_squares(self) -> bool:
-        """Whether highlights are even squares of light behind kernels in focus that hold detail finer than photosites."""
-        in_focus = self.by_distance and self.radii_px == (0.0,)
-        return in_focus and self.even_squares and not (isinstance(self.lens_psf, PsfTable) and self.lens_psf.cells == 1)
-
-    def _square_kernel(self, channel: int, row: int, column: int) -> np.ndarray:
-        """Kernel at a node from even squares, laid out as of `Sampling.phases`, without negative values."""
-        cells, per_photosite = self.point_cells(channel, row, column)
-        lines = self._square_lines(len(cells), per_photosite)
-        halves = [line @ cells for line in lines]
-        found = np.maximum(np.array([half @ line.T for half in halves for line in lines]), 0.0)
-        return found * (self.kernel(0, channel, False, row, column).sum() / found.sum())
-
-    def _square_lines(self, *size: int) -> list[np.ndarray]:
-        """Weights of cells along an axis, by phase of an even square; the same at all nodes. size: as of `line_weights`."""
-        if size not in self._lines:
-            reach, width = self.reach_px, 1.0 / self.over
-            away = (np.arange(-reach, reach + 1) + (self.over - 1 - 2 * phase) / (2 * self.over) for phase in range(self.over))
-            count, per_photosite = size
-            self._lines[size] = [line_weights(self.sampling, self.pitch_um, one, width, (count, per_photosite)) for one in away]
-        return self._lines[size]
 
     def _own_node(self, row: int, column: int) -> tuple[int, int]:
         """Node whose kernel mirrors that of this node: the one in the first quarter, if kernels turn with the field."""
@@ -274,10 +246,10 @@ class FieldPsf:
         """Whether kernels turn with the field, so that those of mirrored places are mirror images."""
         return isinstance(self.lens_psf, WavefrontPsf) and not has_fixed_orientation(self.lens_psf) and self.skew == UPRIGHT
 
-    def _mirrored(self, key: tuple[int, int, bool, int, int], own: tuple[int, int]) -> np.ndarray:
+    def _mirrored(self, key: tuple[int, int, int, int], own: tuple[int, int]) -> np.ndarray:
         """Kernel of a node, mirrored from its own in rows, columns or both, and in the places of the light samples."""
-        slab, channel, positive, row, column = key
-        kernel = self.kernel(slab, channel, positive, *own)
+        slab, channel, row, column = key
+        kernel = self.kernel(slab, channel, False, *own)
         by_place = kernel.reshape(self.over, self.over, *kernel.shape[1:])
         axes = [axis for axis, changed in enumerate((row != own[0], column != own[1])) if changed]
         return np.flip(by_place, (*axes, *(axis + 2 for axis in axes))).reshape(kernel.shape)
@@ -304,7 +276,9 @@ class FieldPsf:
         return self._sampled(cells, per_photosite)
 
     def _sampled(self, cells: np.ndarray, per_photosite: int) -> np.ndarray:
-        """`Sampling.phases` of the light of a point in cells."""
+        """`Sampling.phases` of the light of a point in cells, or the same of even squares."""
+        if self.even_squares:
+            return square_phases(self.sampling, self.pitch_um, cells, per_photosite, self.over)
         band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
         return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited, self.footprint)
 
@@ -372,15 +346,11 @@ class FieldPsf:
         return DefocusedPsf(replace(focus, cells=min(focus.cells, coarse)), self.pupil, radius_px)
 
     @cached_property
-    def _kernels(self) -> dict[tuple[int, int, bool, int, int], np.ndarray]:
+    def _kernels(self) -> dict[tuple[int, int, int, int], np.ndarray]:
         return {}
 
     @cached_property
     def _points(self) -> dict[tuple[int, int, int], tuple[np.ndarray, int]]:
-        return {}
-
-    @cached_property
-    def _lines(self) -> dict[tuple[int, ...], list[np.ndarray]]:
         return {}
 
     @cached_property

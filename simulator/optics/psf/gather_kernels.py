@@ -168,14 +168,7 @@ def make_gather_kernels(psf: FieldPsf, channels: int) -> list[GatherKernels]:
         tail = tail.reshape(*grid, *tail.shape[-2:])
     parts = _parts(found)
     weights = np.concatenate(parts, axis=1)
-    if rings and psf.spreads_squares:  # the tail is that of all light, and the core has the rest
-        bright = [_padded(psf.kernel(0, channel, True, *node), psf.reach_px, psf.over) for *node, channel in places]
-        change = [
-            split_kernel(high - table, psf.over, core.reach_px, core.arm_px) for high, table in zip(bright, tables, strict=True)
-        ]
-        joined = np.stack([weights, weights + np.concatenate(_parts(change), axis=1)]).astype(np.float32)
-    else:
-        joined = positive_too(weights)
+    joined = positive_too(weights)
     both = np.split(joined, np.cumsum([part.shape[1] for part in parts])[:-1], axis=-1)
     both[0] = both[0].reshape(2, 1, *grid, *middle.shape[1:])
     made = [GatherKernels.of((0.0,), both[0], psf.over, rings, tail, core.cell_px)]

@@ -140,9 +140,7 @@ def undrawn_error(
     comes first; None: none does. 0 where light samples are the squares of the scene, whose kernels have no negative values.
     """
     light = accuracy.peak * accuracy.brightest if lamps is None else lamps.rest
-    samples_pixels = projection.nearest and not projection.is_fine  # each sample is one pixel, however wide: none is cut
-    is_whole = samples_pixels or projection.whole_pixels((psf.over,)) == psf.over
-    if (psf.spreads_squares and is_whole) or not psf.highlight_limits or light <= LAMP_TIMES * min(psf.highlight_limits):
+    if psf.even_squares or not psf.highlight_limits or light <= LAMP_TIMES * min(psf.highlight_limits):
         return 0.0
     spot = max(1.0, math.pi * smallest_px**2) if smallest_px is not None else 1.0
     lamp_e, dark_e = (accuracy.electrons_per_radiance * one for one in (light / spot, dark()))

@@ -4,7 +4,6 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import TypeGuard
 
 import numpy as np
@@ -18,7 +17,7 @@ from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.psf.bent_light import fit_footprint, kernel_bend_error
+from simulator.optics.psf.bent_light import fit_footprint
 from simulator.optics.psf.field_nodes import choose_nodes
 from simulator.optics.psf.field_psf import (
     FADE,
@@ -117,17 +116,18 @@ def plan_visible_psf(
     projection: Projection,
     contrast: float,
     accuracy: Accuracy,
-    bend: Callable[[], float],
+    sampling_error: Callable[[FieldPsf], float],
     whole: float,
     *,
     focus_px: float = 0.0,
-    draws_lamps: bool,
+    is_at_rest: bool,
 ) -> tuple[FieldPsf | None, Skipped | None, Lamps | None]:
     """PSF of a shot, None where it has no visible effect, why it is left out, None where it is not, and lamps that are drawn.
 
-    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. bend: returns that of the scene's light (`scene_bends`).
-    whole: tolerance of the photograph, of which `accuracy` has that of each approximation. focus_px: of `plan_psf`.
-    draws_lamps: whether lamps may be, and samples have a footprint.
+    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. sampling_error: returns that of the samples of light which a PSF is
+    applied to, as a share of the brightest. whole: tolerance of the photograph, of which `accuracy` has that of each
+    approximation. focus_px: of `plan_psf`.
+    is_at_rest: nothing moves, so that lamps may be drawn, samples may have a footprint, and those of squares stay squares.
     Raises PhotositeError as `plan_psf`.
     """
     if contrast == 0.0:
@@ -137,16 +137,16 @@ def plan_visible_psf(
     if psf is None:
         return None, None, None
     psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
-    if psf.by_distance and projection.is_bilinear and len(psf.radii_px) == 1:  # the device has slabs of photosites only
-        psf = _with_samples(psf, projection, accuracy, bend(), camera.channels, whole if draws_lamps else None)
+    if psf.by_distance and len(psf.radii_px) == 1:  # the device has slabs of photosites only
+        psf = _with_samples(psf, projection, accuracy, sampling_error, camera.channels, whole if is_at_rest else None)
     limits = () if _is_smooth(psf, defocus, accuracy) else highlight_thresholds(scene, weights)
-    psf = replace(psf, highlight_limits=limits, even_squares=_has_squares(psf, projection))
+    psf = replace(psf, highlight_limits=limits, even_squares=is_at_rest and _has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         least = SKIPPED_SHARE * accuracy.tolerance
         change = contrast * bound_change(psf, camera.channels, least / contrast)
         if change < least:
             return None, Skipped(f"changes nothing by more than {change:.2g} sigma", change), None
-    lamps = _find_lamps(psf, scene, weights, projection, accuracy) if draws_lamps and defocus is None else None
+    lamps = _find_lamps(psf, scene, weights, projection, accuracy) if is_at_rest and defocus is None else None
     own = accuracy if lamps is None else _of_rest(accuracy, lamps)
     dark_e = min(accuracy.electrons_per_radiance * dark_light(scene, weights), own.electrons)
     light = own.peak / max(scale, 1.0) ** 2, own.electrons, dark_e, own.read_noise_e
@@ -162,7 +162,7 @@ def plan_visible_psf(
     if not gathered.field_error and not gathered.is_gathered_by_distance:
         gathered = with_nodes(gathered)
     if gathered.over < psf.over and projection.is_bilinear:  # one sample of smooth light is cheap, and less exact
-        left, finer = (accuracy.in_sigma(kernel_bend_error(one, scale, camera.channels) * bend()) for one in (gathered, psf))
+        left, finer = (accuracy.in_sigma(sampling_error(one)) for one in (gathered, psf))
         gathered = psf if finer <= whole < left else gathered
     core = gathered.core
     if core is None and psf.by_distance and defocus is not None and defocus.maps:
@@ -203,23 +203,31 @@ def _at_own_distances(
 
 
 def _has_squares(psf: FieldPsf, projection: Projection) -> bool:
-    """Whether samples of light are taken as even squares behind the optics of a lens.
+    """Whether samples of light are taken as even squares behind the optics of a lens: where they are those of the scene.
 
-    Samples of a finer scene are means over several squares, and optics see no edges between those of a coarser one.
+    Others are means over several of its pixels, those behind a blur have no edges, and a table in whole photosites does not
+    tell what is finer.
     """
-    return (projection.is_fine or projection.nearest) and projection.scale <= psf.over + 0.5
+    are_squares = (projection.is_fine or projection.nearest) and projection.whole_pixels((psf.over,)) == psf.over
+    is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
+    return are_squares and psf.by_distance and len(psf.radii_px) == 1 and not is_coarse
 
 
 def _with_samples(
-    psf: FieldPsf, projection: Projection, accuracy: Accuracy, bend: float, channels: int, whole: float | None
+    psf: FieldPsf,
+    projection: Projection,
+    accuracy: Accuracy,
+    sampling_error: Callable[[FieldPsf], float],
+    channels: int,
+    whole: float | None,
 ) -> FieldPsf:
-    """Return the PSF over the cheapest samples of a coarse scene's light that keep their part of the allowed error.
+    """Return the PSF over the cheapest samples of the scene's light that keep their part of the allowed error.
 
     That is KERNEL_SHARE of it, and FOOTPRINT_SHARE of the tolerance of the photograph for samples of a footprint, beside which
     other approximations cost little; or the error of the reference's rays. Those with the least error where none do.
-    whole: that tolerance; None: samples have no footprint.
+    sampling_error: of `plan_visible_psf`. whole: that tolerance; None: samples have no footprint.
     """
-    rays, bends_as = RAY_ERROR * accuracy.sigma, partial(kernel_bend_error, scale=projection.scale, channels=channels)
+    rays = RAY_ERROR * accuracy.sigma
     most = min(psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER, MOST_OVER)
     ways = [(replace(psf, over=over), KERNEL_SHARE * accuracy.allowed) for over in range(psf.over, max(psf.over, most) + 1)]
     if whole is not None and projection.fits_footprint and most > 1:
@@ -227,7 +235,7 @@ def _with_samples(
         ways.insert(0, (replace(one, footprint=fit_footprint(one, channels)), FOOTPRINT_SHARE * whole * accuracy.sigma))
     errors = []
     for way, allowed in ways:
-        errors.append(bend * bends_as(way))
+        errors.append(sampling_error(way))
         if errors[-1] <= max(allowed, rays):
             return way
     return ways[int(np.argmin(errors))][0]

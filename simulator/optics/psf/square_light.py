@@ -31,6 +31,27 @@ def line_weights(
     return np.ascontiguousarray(np.real(np.exp(2j * math.pi * np.outer(away_px, cycles)) @ spectrum))
 
 
+def square_phases(sampling: Sampling, pitch_um: float, cells: np.ndarray, per_photosite: int, over: int) -> np.ndarray:
+    """Kernels from light samples that are even squares to photosites, as of `Sampling.phases`, without negative values.
+
+    cells: light of a point in each of odd x odd cells, per_photosite (odd) to a photosite and axis, which are integrals of a
+    function that is band-limited to them.
+    """
+    reach_px = len(cells) // per_photosite // 2 + sampling.margin_px(pitch_um)
+    lines = _square_lines(sampling, pitch_um, reach_px, (len(cells), per_photosite), over)
+    halves = [line @ cells for line in lines]
+    found = np.maximum(np.array([half @ line.T for half in halves for line in lines]), 0.0)
+    return found * (cells.sum(dtype=np.float64) / found.sum())
+
+
+@lru_cache(maxsize=8)
+def _square_lines(sampling: Sampling, pitch_um: float, reach_px: int, size: tuple[int, int], over: int) -> list[np.ndarray]:
+    """Weights of cells along an axis, by phase of an even square. size: as of `line_weights`."""
+    photosites = np.arange(-reach_px, reach_px + 1)
+    away = (photosites + (over - 1 - 2 * phase) / (2 * over) for phase in range(over))
+    return [line_weights(sampling, pitch_um, one, 1.0 / over, size) for one in away]
+
+
 def shared_length(sampling: Sampling, pitch_um: float, away_px: np.ndarray, width_px: float, *, is_tent: bool) -> np.ndarray:
     """Mean light of one axis of photosites so far from the middle of a pixel of light 1, same shape as away_px, exact.
 

@@ -31,8 +31,9 @@ def test_light_is_convolved_with_the_exact_kernel_to_a_tenth_of_the_noise(name):
     through, settings = LENSES[name]
     planes = contrasts()
     shot = shot_of(planes, through, math.inf, **settings)
-    psf = plan(shot).optics.psf
-    assert psf.core is not None and psf.core.error < plan(shot).optics.accuracy.allowed
+    planned = plan(shot)
+    psf = planned.optics.psf
+    assert psf.core is not None and planned.error_budget.predicted_sigma < planned.optics.tolerance
     assert error(shot, planes, psf.kernel(0, 0, False, 0, 0).sum(axis=0)) < 0.1
 
 

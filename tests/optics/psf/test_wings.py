@@ -8,8 +8,8 @@ import pytest
 from helpers.camera_builders import green_camera, small_camera
 from helpers.green_frames import EXPOSURE, PITCH_UM, lens
 from helpers.moving_frame import moving_light
+from helpers.pupil_truth import through_pupil
 from helpers.scene_builders import band_scene
-from scipy import fft
 from scipy.ndimage import map_coordinates
 from scipy.signal import correlate2d
 
@@ -37,24 +37,10 @@ def shot_at(
     f_number: float, planes: np.ndarray, brightest_e: float = 2000.0, depth_m: float | np.ndarray = math.inf, **settings: float
 ) -> Shot:
     through = dataclasses.replace(lens(f_number), diffraction=True)
-    taken = Shot(band_scene(planes, depth_m, interpolation="nearest"), through, EXPOSURE, green_camera(COLUMNS, ROWS))
+    taken = Shot(band_scene(planes, depth_m), through, EXPOSURE, green_camera(COLUMNS, ROWS))
     own_e = plan(taken).optics.accuracy.electrons
     longer = dataclasses.replace(EXPOSURE, time_s=EXPOSURE.time_s * brightest_e / own_e)
     return dataclasses.replace(taken, exposure=longer, **settings)
-
-
-def through_pupil(planes: np.ndarray, planned: Plan) -> np.ndarray:
-    """Light of samples behind the transfer function of a round pupil (Goodman, 6.3), float64."""
-    psf = planned.optics.psf
-    around = np.pad(planes.astype(np.float64), BEYOND, mode="edge")
-    shape = [fft.next_fast_len(side, real=True) for side in around.shape]
-    cycles = np.hypot(fft.fftfreq(shape[0])[:, None], fft.rfftfreq(shape[1])[None, :])
-    transfer = np.zeros(cycles.shape)
-    for wavelength_nm in psf.lens_psf.wavelengths_nm[0]:
-        s = np.clip(cycles * 1e-3 * wavelength_nm * psf.lens_psf.f_number / psf.pitch_um, 0.0, 1.0)
-        transfer += 2.0 / math.pi * (np.arccos(s) - s * np.sqrt(1.0 - s * s)) / len(psf.lens_psf.wavelengths_nm[0])
-    found = fft.irfft2(fft.rfft2(around, shape) * transfer, shape)
-    return found[BEYOND : BEYOND + ROWS, BEYOND : BEYOND + COLUMNS]
 
 
 @pytest.mark.parametrize(("f_number", "tolerance"), [(8.0, 0.1), pytest.param(16.0, 0.1, marks=pytest.mark.slow), (22.0, 0.0)])
@@ -62,7 +48,7 @@ def test_light_beside_a_bright_wall_is_that_of_the_pupil(f_number, tolerance):
     """In the dark near the wall, too: kernels alone leave several times as much."""
     planes = bright_and_dark()
     planned = plan(shot_at(f_number, planes, tolerance=tolerance))
-    optics, truth = planned.optics, through_pupil(planes, planned)
+    optics, truth = planned.optics, through_pupil(planes, planned.optics.psf, BEYOND)
     assert optics.wings is not None
     per_light = optics.accuracy.electrons_per_radiance * float(optics.weights.max())
     noise_e = np.sqrt(np.maximum(per_light * truth + optics.accuracy.read_noise_e**2, 1.0))
@@ -81,7 +67,7 @@ def test_wings_begin_where_the_smallest_kernels_end():
     depth_m = np.full(planes.shape, at_1_m_px / 0.12, np.float32)  # of a lens that is focused at infinity
     depth_m[ROWS // 2 :] = at_1_m_px / 0.3
     planned = plan(shot_at(28.4, planes, depth_m=depth_m, tolerance=0.0))
-    optics, truth = planned.optics, through_pupil(planes, planned)
+    optics, truth = planned.optics, through_pupil(planes, planned.optics.psf, BEYOND)
     assert len(optics.psf.radii_px) > 1 and optics.psf.held_px < 0.4 * optics.psf.fit_kernel(0.0).size_px
     per_light = optics.accuracy.electrons_per_radiance * float(optics.weights.max())
     noise_e = np.sqrt(np.maximum(per_light * truth + optics.accuracy.read_noise_e**2, 1.0))

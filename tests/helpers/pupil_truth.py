@@ -1,0 +1,31 @@
+"""Light behind the transfer function of a round pupil, in float64."""
+
+import math
+
+import numpy as np
+from scipy import fft
+
+from simulator.optics.psf.field_psf import FieldPsf
+
+
+def through_pupil(planes: np.ndarray, psf: FieldPsf, beyond: int, parts: int = 0) -> np.ndarray:
+    """Light of photosites in a channel behind the transfer function of a round pupil (Goodman, 6.3), float64.
+
+    planes: light that goes on as its edge for `beyond` photosites. parts: 0: it is what photosites see of smooth light; else it
+    has even squares, so many to a photosite and axis, of which the pupil passes no detail that they do not hold.
+    """
+    per_photosite = max(parts, 1)
+    around = np.pad(planes.astype(np.float64), beyond * per_photosite, mode="edge")
+    shape = [fft.next_fast_len(side, real=True) for side in around.shape]
+    down, across = fft.fftfreq(shape[0], 1.0 / per_photosite)[:, None], fft.rfftfreq(shape[1], 1.0 / per_photosite)[None, :]
+    transfer, wavelengths_nm = 0.0, psf.lens_psf.wavelengths_nm[0]
+    for wavelength_nm in wavelengths_nm:
+        s = np.clip(np.hypot(down, across) * 1e-3 * wavelength_nm * psf.lens_psf.f_number / psf.pitch_um, 0.0, 1.0)
+        transfer = transfer + 2.0 / math.pi * (np.arccos(s) - s * np.sqrt(1.0 - s * s)) / len(wavelengths_nm)
+    if parts:
+        for along in (down, across):
+            middle = np.exp(-1j * math.pi * along * (1.0 - 1.0 / parts))  # of a photosite, from that of its first square
+            transfer = transfer * np.sinc(along) * np.sinc(along / parts) * np.conj(middle)
+    found = fft.irfft2(fft.rfft2(around, shape) * transfer, shape)
+    first = beyond * per_photosite
+    return found[first : first + len(planes) : per_photosite, first : first + planes.shape[1] : per_photosite]
