@@ -11,6 +11,7 @@ from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.bands import most_of_bands
+from simulator.scene.sample_places import sample_places
 from simulator.scene.scene import Scene
 
 BRIGHT = 8.0  # threshold in units of the scene's mean radiance
@@ -39,9 +40,9 @@ def highlight_threshold(scene: Scene, weights: np.ndarray, times: float = BRIGHT
 
 
 def _capped_mean(planes: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Mean radiance of each channel, of samples on a coarse grid, each at most the quantile CAPPED."""
-    step_y, step_x = (-(-size // _SAMPLES) for size in planes.shape[:2])
-    light = planes[::step_y, ::step_x].reshape(-1, planes.shape[2]) @ weights
+    """Mean radiance of each channel, of samples all over the planes, each at most the quantile CAPPED."""
+    places = np.ix_(*(sample_places(size, _SAMPLES) for size in planes.shape[:2]))
+    light = planes[places].reshape(-1, planes.shape[2]) @ weights
     return np.minimum(light, np.quantile(light, CAPPED, axis=0)).mean(axis=0)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 from simulator.scene.bands import most_of_bands
 from simulator.scene.content_keys import freeze
+from simulator.scene.sample_places import sample_places
 from simulator.scene.scene import Layer, Scene
 
 MOST = 0.999  # quantile that counts as the greatest contrast
@@ -23,8 +24,8 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
     """
     brightest = 0.0
     for layer in scene.layers:
-        step_y, step_x = (-(-size // _SAMPLES) for size in layer.planes.shape[:2])
-        light = layer.planes[::step_y, ::step_x].reshape(-1, layer.planes.shape[2]) @ weights
+        places = np.ix_(*(sample_places(size, _SAMPLES) for size in layer.planes.shape[:2]))
+        light = layer.planes[places].reshape(-1, layer.planes.shape[2]) @ weights
         brightest = max(brightest, float(np.quantile(light, BRIGHT, axis=0).max()))
     return float(brightest * per_radiance)
 
@@ -74,12 +75,13 @@ def scene_detail(
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
     found, most_e = [1e-6], np.inf if has_lamps else lamp_electrons(accuracy)
     for layer in scene.layers:
-        steps = [max(1, -(-size // _SAMPLES)) for size in layer.planes.shape[:2]]
         for axis in (0, 1):
-            sides = [(apart * (axis == side), size, step) for side, (size, step) in _sides(layer.planes, steps)]
-            first = [slice(None, max(size - away, 0), step) for away, size, step in sides]
-            next_ = [slice(away, size, step) for away, size, step in sides]
-            here, there = (per_radiance * (layer.planes[*place] @ weights) for place in (first, next_))
+            aways = [apart * (axis == side) for side in (0, 1)]
+            places = [
+                sample_places(max(size - away, 0), _SAMPLES) for size, away in zip(layer.planes.shape, aways, strict=False)
+            ]
+            first, next_ = np.ix_(*places), np.ix_(*(own + away for own, away in zip(places, aways, strict=True)))
+            here, there = (per_radiance * (layer.planes[place] @ weights) for place in (first, next_))
             if not here.size:
                 continue
             step = np.abs(here - there) / apart
@@ -88,7 +90,7 @@ def scene_detail(
             seen[np.maximum(here, there) > most_e] = 0.0
             found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
             if layer.coverage is not None:
-                borders = np.abs(layer.coverage[*first] - layer.coverage[*next_])
+                borders = np.abs(layer.coverage[first] - layer.coverage[next_])
                 found.append(float(np.quantile(borders, quantile)) / apart)
     return max(found)
 
@@ -166,7 +168,7 @@ def flattened_error(scene: Scene, weights: np.ndarray, per_radiance: float, accu
     if not scene.behind:
         return 0.0
     size = scene.planes.shape[:2]
-    rows, columns = (np.arange(0, length - 1, max(1, -(-length // _SAMPLES))) for length in size)
+    rows, columns = (sample_places(length - 1, _SAMPLES) for length in size)
     found = [0.0]
     for ways in (((0, 0), (0, 1)), ((0, 0), (1, 0)), ((0, 0), (0, 1), (1, 0), (1, 1))):
         places = [np.ix_(rows + down, columns + right) for down, right in ways]
@@ -206,7 +208,7 @@ def scene_bends(
     found, most_e = [1e-6], np.inf if has_lamps else lamp_electrons(accuracy)
     for layer in scene.layers:
         size = layer.planes.shape[:2]
-        rows, columns = (np.arange(0, length, max(1, -(-length // _SAMPLES))) for length in size)
+        rows, columns = (sample_places(length, _SAMPLES) for length in size)
         places = [
             np.ix_(np.clip(rows + down, 0, size[0] - 1), np.clip(columns + right, 0, size[1] - 1))
             for down, right in ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0))
@@ -219,11 +221,6 @@ def scene_bends(
         seen[five.max(axis=0) > most_e] = 0.0
         found.append(float(np.quantile(seen, quantile, axis=(0, 1), method="higher").max()))
     return max(found)
-
-
-def _sides(planes: np.ndarray, steps: list[int]) -> list[tuple[int, tuple[int, int]]]:
-    """Number, size and step of the first two axes."""
-    return list(enumerate(zip(planes.shape[:2], steps, strict=True)))
 
 
 def seen_contrast(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:

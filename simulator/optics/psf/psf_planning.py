@@ -40,6 +40,7 @@ from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, channel_wavelengths
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.bands import least_of_bands, most_of_bands
+from simulator.scene.sample_places import sample_places
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.stage import Moments
@@ -81,7 +82,7 @@ def contrast_sigma(scene: Scene, electrons: np.ndarray, moments: Callable[[float
 def highlight_thresholds(scene: Scene, weights: np.ndarray) -> tuple[float, ...]:
     """Electron radiance above which light is a highlight, by channel: LIMIT_TIMES times the mean of the darker nine tenths."""
     flat = (layer.planes.reshape(-1, layer.planes.shape[-1]) for layer in scene.layers)
-    pixels = np.concatenate([one[:: max(1, len(one) // 65536)] for one in flat])
+    pixels = np.concatenate([one[sample_places(len(one), 65536)] for one in flat])
     light = np.sort(pixels.astype(np.float64) @ weights, axis=0)
     return tuple(float(mean) for mean in LIMIT_TIMES * light[: max(1, int(0.9 * len(light)))].mean(axis=0))
 
@@ -100,9 +101,9 @@ def dark_light(scene: Scene, weights: np.ndarray) -> float:
     """Electron radiance below which the share DARK of a scene lies, its layers over one another, where that is least."""
     layers = []
     for layer in scene.layers:
-        step = max(1, layer.planes.shape[0] * layer.planes.shape[1] // 4096)
-        cover = None if layer.coverage is None else layer.coverage.reshape(-1)[::step]
-        layers.append((layer.planes.reshape(-1, layer.planes.shape[-1])[::step] @ weights, cover))
+        places = sample_places(layer.planes[..., 0].size, 4096)
+        cover = None if layer.coverage is None else layer.coverage.reshape(-1)[places]
+        layers.append((layer.planes.reshape(-1, layer.planes.shape[-1])[places] @ weights, cover))
     light = np.sort(composite(layers), axis=0)
     return float(light[int(DARK * len(light))].min())
 
