@@ -115,6 +115,15 @@ def gathers_squares(
     return projection.is_fine and not (has_filter or lens.psf is not None or lens.has_diffraction)
 
 
+def _has_kernels_of_radii(lens: Lens, pitch_um: float) -> bool:
+    """Whether a lens has a file of kernels that differ by blur radius: its circles are no measure of what they change."""
+    if lens.psf is None:
+        return False
+    from simulator.optics.psf.psf_file import read_psf  # few lenses have a file
+
+    return len(read_psf(lens.psf, pitch_um).blur_radii_px) > 1
+
+
 def electrons_per_radiance(lens: Lens, sensor: SensorPlan) -> float:
     """Electrons of a photosite on the axis per electron radiance [e- / (e- s^-1 um^-2 sr^-1)]."""
     exposure, camera = sensor.exposure, sensor.camera
@@ -133,7 +142,11 @@ def with_defocus(
     defocus = None if is_sharp else plan_blur(planned, loaded, lens, camera)
     if defocus is None:
         least_px, greatest_px = radius_range_px(lens, pitch_um, loaded)
-        if lens.aberrations is not None and accuracy.tolerance:
+        follows = accuracy.tolerance > 0.0 and not least_px == greatest_px == 0.0 and _has_kernels_of_radii(lens, pitch_um)
+        if follows and least_px < greatest_px and not is_sharp:
+            defocus = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)
+    if defocus is None:
+        if follows or (lens.aberrations is not None and accuracy.tolerance):
             planned = replace(planned, focus_px=0.5 * (least_px + greatest_px))
         ignored_px = max(abs(least_px - planned.focus_px), abs(greatest_px - planned.focus_px))
         if ignored_px == 0.0:

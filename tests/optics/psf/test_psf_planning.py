@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.camera_builders import green_camera
-from helpers.green_frames import EXPOSURE, lens
+from helpers.green_frames import EXPOSURE, PITCH_UM, lens
 from helpers.scene_builders import band_scene
+from numpy.lib.stride_tricks import sliding_window_view
 
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
@@ -102,3 +103,25 @@ def test_a_file_of_kernels_may_be_named_by_a_text(tmp_path):
     assert np.array_equal(before, simulate(by_path).mean_electrons)
     save_lossy(path, np.ones((5, 5)))
     assert not np.array_equal(simulate(by_text).mean_electrons, before)
+
+
+@pytest.mark.parametrize("far_m", [100.0, 60.0])
+def test_kernels_of_blur_radii_count_where_circles_of_an_ideal_lens_do_not(tmp_path, far_m):
+    """A wall a sixth of a photosite out of focus, of which a half may lie farther: kernels of the focus left 10 sigma."""
+    kernels = np.zeros((3, 1, 1, 5, 5))
+    kernels[1, 0, 0, 2, 2], kernels[::2] = 1.0, 1.0 / 25.0
+    np.savez(tmp_path / "lens.npz", kernels=kernels, blur_radii_px=[-1.0, 0.0, 1.0], fields=[0.0])
+    through = lens(16.0, psf=tmp_path / "lens.npz")
+    planes, depth_m = np.where(RNG.random((24, 48)) < 0.5, 0.2, 1.0), np.full((24, 48), 100.0, np.float32)
+    depth_m[:, 24:] = far_m
+    shot = Shot(
+        band_scene(planes, depth_m, interpolation="nearest"), through, EXPOSURE, green_camera(48, 24, stages=SHOT_NOISE)
+    )
+    even = dataclasses.replace(shot, scene=band_scene(np.ones((24, 48)), depth_m, interpolation="nearest"))
+    found, light_e = (simulate(one).mean_electrons.astype(np.float64) for one in (shot, even))
+    around, share = sliding_window_view(np.pad(planes, 2, mode="edge"), (5, 5)).mean(axis=(2, 3)), np.zeros((24, 48))
+    for own_m in (100.0, far_m):
+        share[depth_m == np.float32(own_m)] = abs(float(through.blur_radius_um(own_m))) / PITCH_UM
+    expected = light_e.mean() * ((1.0 - share) * planes + share * around)
+    error = (np.abs(found - expected) / np.sqrt(expected))[:, np.abs(np.arange(48) - 23.5) > 3]
+    assert share.max() < 0.3 and error.max() < shot.tolerance
