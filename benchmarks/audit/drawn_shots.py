@@ -28,6 +28,7 @@ CAMERAS = {  # each with an ISO that it has
     "sony_a7_iii": 100,
     "sony_a7s2": 100,
 }
+ABERRATIONS = ("spherical", "coma", "astigmatism", "lateral")
 PHASES = "RGGB", "GBRG"  # few, as of widths
 TOLERANCES = 0.03, 0.1, 0.3, 1.0
 WEIGHED = "one", *(one for one in SURFACES if one != "photograph"), "layers"
@@ -170,8 +171,11 @@ def _draw_lens(rng: np.random.Generator, pitch_um: float, width_px: int) -> tupl
         lens["diffraction"] = True
         kinds.append("diffraction")
     elif chance < 0.15:
-        lens["aberrations"] = {"spherical": f"{rng.uniform(0.1, 0.6):.3g} um", "at_f_number": lens["f_number"]}
-        kinds.append("aberrations")
+        waves_um, kind = float(rng.uniform(0.1, 0.6)), str(rng.spawn(1)[0].choice(ABERRATIONS))
+        lateral = [{"wavelength": "450 nm", "lateral": f"{20.0 * waves_um:.3g} um"}, {"wavelength": "550 nm"}]
+        wave: Data = {"chromatic": lateral} if kind == "lateral" else {kind: f"{waves_um:.3g} um"}
+        lens["aberrations"] = {**wave, "at_f_number": lens["f_number"]}
+        kinds.append(f"aberrations: {kind}")
     elif chance < 0.19:
         lens["psf"] = "psf.npy"
         kinds.append("psf")
@@ -275,6 +279,13 @@ def _draw_motion(
     if rng.random() < 0.3:
         document["exposure"]["shutter"] = {"readout_time": f"{time_s * rng.uniform(0.2, 4.0):.4g} s"}
         kinds.append("rolling")
+    lamps = rng.spawn(1)[0]  # a stream of its own, so that what else a seed draws stays
+    if lamps.random() < 0.15:
+        frequency = f"{np.exp(lamps.uniform(math.log(0.5), math.log(50.0))) / time_s:.4g} Hz"
+        pulsed = {"duty": round(float(lamps.uniform(0.1, 0.9)), 2)}
+        waves = {"modulation": round(float(lamps.uniform(0.1, 1.0)), 2)}
+        document["exposure"]["flicker"] = {"frequency": frequency, **(pulsed if lamps.random() < 0.5 else waves)}
+        kinds.append("flicker")
 
 
 def _expose(rng: np.random.Generator, drawn: DrawnShot, refused: tuple[str, ...]) -> DrawnShot:

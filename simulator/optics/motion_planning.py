@@ -39,6 +39,8 @@ from simulator.scene.scene import Layer, Scene
 from simulator.sensor.sensor_plan import SensorPlan
 
 UPRIGHT_PX = 0.15  # spread by which skewed spots are wrong, since photosites and samples of light stay upright [photosites]
+PATH_SAMPLES = 1.5  # of a path, up to which it leaves what samples mix of a fine scene
+OF_WHOLE = 1.2  # times that error, where samples are whole squares at rest
 TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
 
 
@@ -107,7 +109,30 @@ def with_motion(
         if own.path.straight_shift() is not None:
             planned = replace(planned, motion=own.with_exact_means())
     planned = with_path_weights(planned, per_radiance)
+    planned = replace(planned, sampling_error=_moved_sampling_error(planned, per_radiance))
     return planned.with_moved_pixels() if planned.moves_pixels else planned
+
+
+def _moved_sampling_error(planned: OpticsPlan, per_radiance: float) -> float:
+    """Error of samples that were even squares of the scene at rest, and mix them while they move; else what was known.
+
+    Along either axis a path takes away what samples mix where it is longer than PATH_SAMPLES of them: random squares, 2 and 4
+    pixels per photosite, behind f/2.8 and f/8, that move by 0.5 and 8 photosites along a row and aslant.
+    """
+    motion, psf, projection = planned.motion, planned.psf, planned.projection
+    if motion is None or psf is None or not psf.by_distance or not (projection.is_fine or projection.nearest):
+        return planned.sampling_error
+    if planned.sampling_error or projection.whole_pixels((psf.over,)) == 0:
+        return planned.sampling_error
+    from simulator.optics.kernel_planning import mixing_error  # few lenses have kernels
+
+    width, height = planned.sensor_px
+    seen = motion.seen_at(np.array([(x * width, y * height) for x in (0.0, 0.5, 1.0) for y in (0.0, 0.5, 1.0)]))
+    ways_px = np.column_stack([seen[:, 1] - seen[:, 0], seen[:, 3] - seen[:, 2]])
+    of_line = min(1.0, motion.path.length.longest_px / max(float(np.hypot(*ways_px.T).max()), 1e-9))  # a shutter may roll
+    shortest_px = of_line * float(ways_px.min())
+    left = OF_WHOLE * min(1.0, PATH_SAMPLES / max(psf.over * shortest_px, 1e-9))
+    return left * mixing_error(planned, psf, planned.scene, per_radiance)
 
 
 def _averages_what_moves(planned: OpticsPlan) -> bool:

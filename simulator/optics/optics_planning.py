@@ -3,7 +3,7 @@
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -86,10 +86,13 @@ def plan_optics(
         if timing is not None:  # the plan of the image at rest is kept with the scene, too
             from simulator.optics.motion_planning import with_motion  # nothing moves in most shots
 
-            resting = plan_optics(
-                loaded, lens, sensor, tolerance, is_at_rest=False, joins_layers=joins_layers, whole=whole, is_sharp=is_sharp
+            plan_still = partial(
+                plan_optics, loaded, lens, sensor, tolerance, joins_layers=joins_layers, whole=whole, is_sharp=is_sharp
             )
-            return with_motion(resting, loaded, lens, sensor, timing, beside_sigma)
+            moved = with_motion(plan_still(is_at_rest=False), loaded, lens, sensor, timing, beside_sigma)
+            if moved.motion is None and moved.flash_motion is None:  # what is not seen to move is as exact as what rests
+                return replace(plan_still(is_at_rest=True), motion_skipped=moved.motion_skipped)
+            return moved
         made = _plan_sensor_optics(
             loaded, lens, sensor, tolerance, tolerance if whole is None else whole, is_at_rest, is_sharp=is_sharp
         )

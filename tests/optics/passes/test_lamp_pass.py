@@ -17,6 +17,7 @@ from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.optics.optics_planning import plan_optics
+from simulator.optics.psf.kernel_split import Core
 from simulator.pipeline.error_budget import error_budget
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
@@ -96,12 +97,13 @@ def test_lamps_in_the_dark_are_squares_of_light(f_number, settings, scale, dark)
 
 
 def test_a_scene_full_of_lamps_has_kernels_of_squares():
-    """As where lamps are too many to be drawn one by one."""
+    """As where lamps are too many to be drawn one by one; by whole kernels."""
     planes = np.where(np.random.default_rng(1).random((SIDE, SIDE)) < 0.5, 100.0, 0.0)
     planes[:, SIDE // 8 :] = 0.0
     planned = planned_shot(planes, lens(8.0, diffraction=True), green_camera(SIDE, SIDE))
-    scene, through = planned.optics.scene, lens(8.0, diffraction=True)
-    optics = plan_optics(scene, through, planned.sensor, planned.optics.tolerance, is_at_rest=False)
+    psf = planned.optics.psf
+    whole = psf.with_core(Core(psf.reach_px, psf.reach_px, 0, 0.0), psf.seen)
+    optics = dataclasses.replace(planned.optics, lamps=None, psf=whole)
     undrawn = measure(without_wings(dataclasses.replace(planned, optics=optics)), open_device())
     assert worst_sigma(electrons_of(undrawn), truth_of(planned, planes)) < planned.optics.tolerance
 
