@@ -14,6 +14,7 @@ from audit.timed_rays import with_timed_rays
 from simulator.device import Device
 from simulator.errors import PhotositeError
 from simulator.optics.error_term import WINGS
+from simulator.optics.psf.psf_errors import FAR_CIRCLES
 from simulator.optics.ray_reference.convergence import FEWEST_RAYS
 from simulator.pipeline.execution import execute
 from simulator.pipeline.planner import Plan, measure, plan
@@ -198,9 +199,10 @@ def with_finer_samples(planned: Plan, limit: float) -> Plan:
 
 
 def _stated(planned: Plan) -> float:
-    """Error that a reference states [standard deviations], but for the wings of diffraction, which shots have as it has."""
+    """Error that a reference states [standard deviations], but for wings and far circles, which shots have as it has."""
     budget = planned.error_budget
-    return math.sqrt(max(budget.predicted_sigma**2 - budget.sigma_of(WINGS) ** 2, 0.0))
+    own = tuple(term for term in budget.terms if term.effect != WINGS and term.cause != FAR_CIRCLES)
+    return replace(budget, terms=own).predicted_sigma
 
 
 def _with_accuracy(planned: Plan, **settings: float) -> Plan:

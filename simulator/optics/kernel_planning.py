@@ -14,6 +14,7 @@ from simulator.optics.geometry.footprint import Footprint
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.bent_light import kernel_bend_error
+from simulator.optics.psf.far_circles import far_circle_error
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.filtered_layers import filtered_layers_error, spread_layers_error
 from simulator.optics.psf.kernel_split import gather_table
@@ -81,6 +82,7 @@ def _with_kernels(
         contrast,
         planned.accuracy,
         partial(_sampling_error, planned, lamps=None, per_radiance=per_radiance),
+        partial(_far_error, planned, per_radiance=per_radiance),
         planned.tolerance,
         focus_px=planned.focus_px,
         is_at_rest=is_at_rest,
@@ -107,6 +109,7 @@ def _with_kernels(
         lamp_error=undrawn,
         focus_error=left_out,
         spread_error=0.0 if psf is None or has_rays else _spread_error(planned, psf, per_radiance),
+        far_error=0.0 if psf is None else _far_error(planned, psf, per_radiance),
         layer_rays=has_rays,
         contrast=replace(planned.contrast, crossed=_crossed(planned, psf, per_radiance)),
     )
@@ -167,6 +170,17 @@ def _spread_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> fl
     light = freeze(to_share), accuracy.electrons, accuracy.read_noise_e
     key = "spread layers", light, freeze(table), psf.over, tuple(freeze(radius) for radius in defocus.radii_px)
     return scene.remember(key, lambda: spread_layers_error(scene, to_share, defocus, table, psf.over))
+
+
+def _far_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> float:
+    """Error of circles far larger than the Airy disk, as a share of the brightest light."""
+    scene, defocus, accuracy = planned.scene, planned.defocus, planned.accuracy
+    if defocus is None:
+        return 0.0
+    to_share = per_radiance / accuracy.electrons * planned.weights
+    kernels = psf.key[:3], psf.pitch_um, psf.by_distance, psf.radii_px, psf.corrected_px
+    key = "far circles", kernels, freeze(to_share), defocus.of_scene().ranges_px, accuracy.electrons, accuracy.read_noise_e
+    return scene.remember(key, lambda: far_circle_error(psf, scene, to_share, defocus, accuracy))
 
 
 def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:

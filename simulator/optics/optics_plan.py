@@ -66,7 +66,8 @@ class OpticsPlan:
         which each of them is planned.
     lamps: pixels of the scene that are drawn by themselves behind the PSF; None: none are. lamp_error: of those that are not,
         as a share of the brightest light. focus_error: of kernels at `focus_px` alone, the same. spots_error: of kernels that
-        hold a low-pass filter, the same. spread_error: of kernels by distance that spread each layer by itself, the same.
+        hold a low-pass filter, spread_error: of kernels by distance that spread each layer by itself, far_error: of circles far
+        larger than the Airy disk, the same.
     layer_rays: whether rays add what these lack, on the reference path.
     wings: light of diffraction from beyond the kernels; None: none is added. wings_error: what that leaves, or leaving it out
         [standard deviations].
@@ -105,6 +106,7 @@ class OpticsPlan:
     focus_error: float = 0.0
     spots_error: float = 0.0
     spread_error: float = 0.0
+    far_error: float = 0.0
     layer_rays: bool = False
     wings: "Wings | None" = None
     wings_error: float = 0.0

@@ -131,6 +131,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
             left_out=optics.focus_error,
             spots_error=optics.spots_error,
             spread_error=optics.spread_error,
+            far_error=optics.far_error,
             is_fine=optics.projection.is_fine,
         )
     if optics.wings_error:

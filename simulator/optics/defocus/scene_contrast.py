@@ -367,7 +367,7 @@ def _left_of_circle(light: np.ndarray, radius_px: float, defocus: Defocus) -> np
     for axis, length in enumerate(light.shape[:2]):
         cells = np.arange(-beside * CELLS, (round(length / defocus.scale) + beside) * CELLS) + 0.5
         places = cells / CELLS * defocus.scale - 0.5
-        light = _between(light, places if defocus.scale < 1.0 else np.rint(places), axis)  # even squares
+        light = between(light, places if defocus.scale < 1.0 else np.rint(places), axis)  # even squares
     inner = slice(beside, -beside)
 
     def means(cells: np.ndarray) -> np.ndarray:
@@ -432,7 +432,7 @@ def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> n
 
     beside = len(weights) // 2 + 1
     for axis, length in enumerate(light.shape[:2]):
-        light = _between(light, (np.arange(-beside, round(length / defocus.scale) + beside) + 0.5) * defocus.scale - 0.5, axis)
+        light = between(light, (np.arange(-beside, round(length / defocus.scale) + beside) + 0.5) * defocus.scale - 0.5, axis)
     found = []
     for channel in range(light.shape[2]):
         own = convolve(light[..., channel], weights, mode="nearest")
@@ -441,7 +441,7 @@ def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> n
     return np.stack(found)
 
 
-def _between(values: np.ndarray, places: np.ndarray, axis: int) -> np.ndarray:
+def between(values: np.ndarray, places: np.ndarray, axis: int) -> np.ndarray:
     """Values at places along an axis, linear between theirs; beyond its ends those at the ends."""
     last = values.shape[axis] - 1
     places = np.clip(places, 0.0, last)

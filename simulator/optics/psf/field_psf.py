@@ -34,7 +34,7 @@ FIELD_STEPS = 4  # from the axis to the corner, at which kernels that turn with 
 MARGINS = ((60.0, 65), (40.0, 97), (20.0, 129), (12.0, 255), (6.0, LARGEST_KERNEL_PX))
 MOST_CELLS = 601  # across a kernel
 ROUGH_PX = 5  # width of the geometric spot above which a kernel has no detail finer than a fifth of a photosite
-FAR_AIRY = 16.0  # blur radius [Airy radii] from which the kernel is the geometric spot convolved with the PSF in focus
+FAR_AIRY = 16.0  # blur radius [Airy radii] from which kernels of several are the geometric spot convolved with the PSF in focus
 FAR_CELLS_PX = 24.0  # blur radius from which kernels have one cell per light sample
 CORRECTIONS_PX = (6, 8, 12, 20)  # reach of the kernels of corrections [photosites]
 CORRECTION_MARGIN_PX = 4  # reach beyond small geometric spots [photosites]
@@ -134,6 +134,21 @@ class FieldPsf:
                 found._slab_psfs[0] = _fit_kernel(self.lens_psf, largest_px, self.over)
             self._at_radius[key] = found
         return self._at_radius[key]
+
+    def far_kernels(self, radius_px: float, channel: int) -> tuple[np.ndarray, np.ndarray]:
+        """What a photosite sees of light at a blur radius, by wave optics and as of circles far larger than the Airy disk.
+
+        Of a wavefront without aberrations. Both (size, size) float64.
+        """
+        assert isinstance(self.lens_psf, WavefrontPsf)  # others know no wave optics
+        found = []
+        for lens in (_fit_kernel(self.lens_psf, radius_px, 1), self._far_psf(self.lens_psf, radius_px)):
+            one = replace(self.of_one_radius(radius_px), over=1, even_squares=False, footprint=None)
+            one._slab_psfs[0] = lens
+            found.append(one.computed_kernel(0, channel, (0.0, 0.0)))
+        size = max(map(len, found))
+        wave, circle = (np.pad(kernel, (size - len(kernel)) // 2) for kernel in found)
+        return wave, circle
 
     @property
     def gather_reach_px(self) -> int:
@@ -339,8 +354,12 @@ class FieldPsf:
         return self._slab_psfs[slab]
 
     def _fit_to_radius(self, lens_psf: WavefrontPsf, radius_px: float) -> WavefrontPsf | DefocusedPsf:
-        if lens_psf.aberrations != Aberrations() or abs(radius_px) < FAR_AIRY * airy_radius_px(lens_psf):
+        is_near = abs(radius_px) < FAR_AIRY * airy_radius_px(lens_psf)
+        if lens_psf.aberrations != Aberrations() or is_near or len(self.radii_px) == 1:
             return _fit_kernel(lens_psf, radius_px, self.over)
+        return self._far_psf(lens_psf, radius_px)
+
+    def _far_psf(self, lens_psf: WavefrontPsf, radius_px: float) -> DefocusedPsf:
         focus = _fit_kernel(lens_psf, 0.0, self.over)
         coarse = odd(self.over) if abs(radius_px) > FAR_CELLS_PX else max(odd(self.over), 3)
         return DefocusedPsf(replace(focus, cells=min(focus.cells, coarse)), self.pupil, radius_px)

@@ -25,6 +25,8 @@ TIGHTER = "give a smaller tolerance"
 DIVIDED = "give a scene of 1, 2 or 4 pixels per photosite that begin at its border"
 DRAWN = "lamps are drawn by themselves in one picture that is in focus and at rest, without distortion; give fewer of them"
 IN_FOCUS = "it is gone where surfaces have one distance, or circles of more than a photosite"
+FAR_CIRCLES = "circles far larger than the Airy disk, as those of an ideal lens behind its kernel in focus"  # cause of a term
+SMALLER = "it is gone where circles are smaller, or without lens.diffraction"
 TOGETHER = "give layers whose edges lie before even light, or one picture with depth"
 BLURRED = "it is gone without camera.low_pass and camera.fill_factor, or where nothing is in focus"
 
@@ -41,6 +43,7 @@ def psf_errors(
     left_out: float = 0.0,
     spots_error: float = 0.0,
     spread_error: float = 0.0,
+    far_error: float = 0.0,
     is_fine: bool = False,
 ) -> list[ErrorTerm]:
     """Return the errors of a kernel, of the light that it is applied to, or of leaving it out.
@@ -49,6 +52,7 @@ def psf_errors(
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
     sampling_error: of the light that kernels by distance are applied to, the same. lamp_error: of `undrawn_error`.
     left_out: of `focus_error`. spots_error: of `filtered_layers_error`. spread_error: of `spread_layers_error`.
+    far_error: of `far_circle_error`.
     is_fine: whether the scene has more than a pixel per photosite.
     """
     if skipped is not None:
@@ -84,6 +88,8 @@ def psf_errors(
         found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(spots_error), TIGHTER, falls=True))
     if spread_error > 0.0:
         found.append(ErrorTerm(PSF, "kernels that spread each layer by itself", accuracy.in_sigma(spread_error), TOGETHER))
+    if far_error > 0.0:
+        found.append(ErrorTerm(PSF, FAR_CIRCLES, accuracy.in_sigma(far_error), SMALLER))
     if lamp_error > 0.0:
         found.append(
             ErrorTerm(PSF, "lamps that go through samples of light with the rest", accuracy.in_sigma(lamp_error), DRAWN)

@@ -53,6 +53,7 @@ SHARED = (
     0.015  # of the light near the focus that they share wrongly, as the square of their distance; of slabs that are not finer
 )
 MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of a wavefront with aberrations include defocus
+MOST_WALL_AIRY = 512.0  # the same of a single one without them: 4,096 samples of a pupil hold 620
 SMOOTH_PX = 0.5  # blur radius from which light between photosites is smooth [photosites]
 DARK = 0.1  # share of a scene that is the dark side of its edges
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
@@ -118,6 +119,7 @@ def plan_visible_psf(
     contrast: float,
     accuracy: Accuracy,
     sampling_error: Callable[[FieldPsf], float],
+    far_error: Callable[[FieldPsf], float],
     whole: float,
     *,
     focus_px: float = 0.0,
@@ -126,8 +128,9 @@ def plan_visible_psf(
     """PSF of a shot, None where it has no visible effect, why it is left out, None where it is not, and lamps that are drawn.
 
     contrast: of `contrast_sigma`. weights: of `OpticsPlan`. sampling_error: returns that of the samples of light which a PSF is
-    applied to, as a share of the brightest. whole: tolerance of the photograph, of which `accuracy` has that of each
-    approximation. focus_px: of `plan_psf`.
+    applied to, as a share of the brightest; far_error that of its circles far larger than the Airy disk: where it is more than
+    is allowed, one kernel holds the blur of a scene at one distance, not finer than the photosites and without lamps.
+    whole: tolerance of the photograph, of which `accuracy` has that of each approximation. focus_px: of `plan_psf`.
     is_at_rest: nothing moves, so that lamps may be drawn, samples may have a footprint, and those of squares stay squares.
     Raises PhotositeError as `plan_psf`.
     """
@@ -137,6 +140,9 @@ def plan_visible_psf(
     psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px)
     if psf is None:
         return None, None, None
+    is_wall = scale < 1.0 + 1e-6 and not accuracy.has_lamps and defocus is not None and len({*sum(defocus.ranges_px, ())}) == 1
+    if is_wall and not psf.by_distance and far_error(psf) > accuracy.allowed:
+        psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px, most_airy=MOST_WALL_AIRY) or psf
     psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
     if psf.by_distance and len(psf.radii_px) == 1:  # the device has slabs of photosites only
         psf = _with_samples(psf, projection, accuracy, sampling_error, camera.channels, whole if is_at_rest else None)
@@ -293,17 +299,20 @@ def plan_psf(
     scale: float,
     tolerance: float = 0.0,
     focus_px: float = 0.0,
+    *,
+    most_airy: float = FAR_AIRY,
 ) -> FieldPsf | None:
     """PSF of a shot, whether visible or not; None for an ideal lens, and photosites that are sensitive all over or in focus.
 
     scale: scene pixels per photosite. tolerance: as in `Shot`; 0: wave optics at every distance.
     focus_px: signed blur radius of kernels by distance where no surface is blurred otherwise [photosites].
+    most_airy: blur radius [radii of the Airy disk] up to which kernels of an ideal lens include a blur that is nowhere smaller.
     Raises PhotositeError for a PSF file that cannot be read or does not hold what the scene needs.
     """
     sampling, lens_psf = Sampling(camera.fill_factor, camera.low_pass_um), _plan_lens_psf(lens, camera, scene)
     if lens_psf is None and (defocus is None or sampling == Sampling()):
         return None
-    radii_px, by_distance = _choose_slabs(lens_psf, lens, defocus, camera.pixel_pitch_um, focus_px)
+    radii_px, by_distance = _choose_slabs(lens_psf, lens, defocus, camera.pixel_pitch_um, focus_px, most_airy)
     corrected_px: tuple[float, ...] = ()
     if tolerance and by_distance and _is_ideal(lens_psf) and defocus is not None and len(radii_px) > 1:
         radii_px, by_distance, corrected_px = (0.0,), False, _corrected_px(lens_psf, defocus)
@@ -397,15 +406,25 @@ def _varies_over_field(lens_psf: WavefrontPsf | PsfTable | None) -> bool:
 
 
 def _choose_slabs(
-    lens_psf: WavefrontPsf | PsfTable | None, lens: Lens, defocus: Defocus | None, pitch_um: float, focus_px: float
+    lens_psf: WavefrontPsf | PsfTable | None,
+    lens: Lens,
+    defocus: Defocus | None,
+    pitch_um: float,
+    focus_px: float,
+    most_airy: float,
 ) -> tuple[tuple[float, ...], bool]:
-    """Signed blur radii of the slabs [photosites], and whether their kernels include the blur of defocus."""
+    """Signed blur radii of the slabs [photosites], and whether their kernels include the blur of defocus.
+
+    most_airy: of `plan_psf`.
+    """
     one_radius = lens_psf is None or isinstance(lens_psf, PsfTable) and len(lens_psf.blur_radii_px) == 1
     if isinstance(lens_psf, PsfTable) and not one_radius:
         _check_range(lens_psf, defocus)
     if defocus is None:
         return (focus_px,), True
-    if one_radius or isinstance(lens_psf, WavefrontPsf) and not _fits_in_kernels(lens_psf, lens, defocus, pitch_um):
+    if one_radius or (
+        isinstance(lens_psf, WavefrontPsf) and not _fits_in_kernels(lens_psf, lens, defocus, pitch_um, most_airy)
+    ):
         return (0.0,), False
     return tuple(sorted({radius for one in defocus.radii_px for radius in _radii_px(one)})), True
 
@@ -429,8 +448,11 @@ def _radii_px(radius: float | np.ndarray) -> list[float]:
     return slab_radii_px(float(radius.min()), float(radius.max()))
 
 
-def _fits_in_kernels(lens_psf: WavefrontPsf, lens: Lens, defocus: Defocus, pitch_um: float) -> bool:
-    """Whether kernels include the blur of defocus: where they are not too large, and not all far larger than the Airy disk."""
+def _fits_in_kernels(lens_psf: WavefrontPsf, lens: Lens, defocus: Defocus, pitch_um: float, most_airy: float) -> bool:
+    """Whether kernels include the blur of defocus: where they are not too large, and not all far larger than the Airy disk.
+
+    most_airy: of `plan_psf`.
+    """
     rim_px = defocus.largest_px * lens_psf.opening.reach
     if 2.0 * rim_px + 14.0 * 0.7 * lens_psf.f_number / pitch_um > 0.9 * LARGEST_KERNEL_PX:
         return False
@@ -440,7 +462,7 @@ def _fits_in_kernels(lens_psf: WavefrontPsf, lens: Lens, defocus: Defocus, pitch
     if defocus.eyes is not None and rim_px > FAR_AIRY * airy_px:
         return False  # kernels have the pupil of the axis
     near, far = defocus.least_px, defocus.greatest_px
-    return not lens.has_plane_of_focus or near <= 0.0 <= far or min(abs(near), abs(far)) < FAR_AIRY * airy_px
+    return not lens.has_plane_of_focus or near <= 0.0 <= far or min(abs(near), abs(far)) < most_airy * airy_px
 
 
 def _choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, scale: float, pitch_um: float) -> int:
