@@ -139,14 +139,10 @@ def with_defocus(
     """
     camera, scale, accuracy = sensor.camera, planned.projection.scale, planned.accuracy
     pitch_um = camera.pixel_pitch_um
-    defocus = None if is_sharp else plan_blur(planned, loaded, lens, camera)
+    defocus = None if is_sharp else _plan_seen_blur(planned, loaded, lens, camera)
     if defocus is None:
         least_px, greatest_px = radius_range_px(lens, pitch_um, loaded)
-        follows = accuracy.tolerance > 0.0 and not least_px == greatest_px == 0.0 and _has_kernels_of_radii(lens, pitch_um)
-        if follows and least_px < greatest_px and not is_sharp:
-            defocus = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)
-    if defocus is None:
-        if follows or (lens.aberrations is not None and accuracy.tolerance):
+        if accuracy.tolerance and (lens.aberrations is not None or _has_kernels_of_radii(lens, pitch_um)):
             planned = replace(planned, focus_px=0.5 * (least_px + greatest_px))
         ignored_px = max(abs(least_px - planned.focus_px), abs(greatest_px - planned.focus_px))
         if ignored_px == 0.0:
@@ -186,6 +182,16 @@ def plan_blur(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, 
     return plan_defocus(
         lens, camera.pixel_pitch_um, scene, projection.scale, accuracy, planned.sensor_px, area, keeps_sharp=keeps_sharp
     )
+
+
+def _plan_seen_blur(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera) -> Defocus | None:
+    """Return `plan_blur`, with all that is sharp where kernels of a file tell distances apart that an ideal lens does not."""
+    defocus = plan_blur(planned, scene, lens, camera)
+    if defocus is None and planned.accuracy.tolerance and _has_kernels_of_radii(lens, camera.pixel_pitch_um):
+        least_px, greatest_px = radius_range_px(lens, camera.pixel_pitch_um, scene)
+        if least_px < greatest_px:
+            return plan_blur(planned, scene, lens, camera, keeps_sharp=True)
+    return defocus
 
 
 def contrast_of(
