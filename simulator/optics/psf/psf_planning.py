@@ -17,7 +17,6 @@ from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.psf.bent_light import fit_footprint
 from simulator.optics.psf.field_nodes import choose_nodes
 from simulator.optics.psf.field_psf import (
     FADE,
@@ -30,6 +29,7 @@ from simulator.optics.psf.field_psf import (
 from simulator.optics.psf.fraunhofer import ROUND, Opening
 from simulator.optics.psf.gather_kernels import choose_core, fits_gather
 from simulator.optics.psf.lamps import LIMIT_TIMES, Lamps, find_lamps
+from simulator.optics.psf.light_samples import choose_over, has_squares, with_samples
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_errors import core_error
 from simulator.optics.psf.psf_file import read_psf
@@ -46,7 +46,6 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.stage import Moments
 
 FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they vary with the field, before `choose_nodes`
-MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
 MOST_FINER = 4  # slabs in place of one, between whose kernels transforms share light
 SHARED = (
@@ -58,8 +57,6 @@ SMOOTH_PX = 0.5  # blur radius from which light between photosites is smooth [ph
 DARK = 0.1  # share of a scene that is the dark side of its edges
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
-KERNEL_SHARE = 0.5  # of the allowed error, for bends within samples that kernels of a lens spread; cores have the rest
-FOOTPRINT_SHARE = 0.8  # of the tolerance of the photograph, for the same of samples of a footprint
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
 WAVELENGTHS = {1: 7, 3: 3, 4: 3}  # per channel, by the number of channels
 
@@ -145,9 +142,9 @@ def plan_visible_psf(
         psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px, most_airy=MOST_WALL_AIRY) or psf
     psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
     if psf.by_distance and len(psf.radii_px) == 1:  # the device has slabs of photosites only
-        psf = _with_samples(psf, projection, accuracy, sampling_error, camera.channels, whole if is_at_rest else None)
+        psf = with_samples(psf, projection, accuracy, sampling_error, camera.channels, whole if is_at_rest else None)
     limits = () if _is_smooth(psf, defocus, accuracy) else highlight_thresholds(scene, weights)
-    psf = replace(psf, highlight_limits=limits, even_squares=is_at_rest and _has_squares(psf, projection))
+    psf = replace(psf, highlight_limits=limits, even_squares=is_at_rest and has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         least = SKIPPED_SHARE * accuracy.tolerance
         change = contrast * bound_change(psf, camera.channels, least / contrast)
@@ -201,51 +198,12 @@ def _at_own_distances(
     """
     if not psf.corrected_px or defocus is None or defocus.maps or defocus.eyes is not None or not scene.behind:
         return psf
-    over = _choose_over(psf.lens_psf, psf.sampling, projection.scale, psf.pitch_um)
+    over = choose_over(psf.lens_psf, psf.sampling, projection.scale, psf.pitch_um)
     radii_px = tuple(sorted({float(radius) for radius in defocus.radii_px}))
     if over > 1 or len(radii_px) < 2:
         return psf
     own = replace(psf, radii_px=radii_px, by_distance=True, corrected_px=())
     return own if _with_gather(own, camera.channels, scene, defocus, accuracy, projection.scale).core is not None else psf
-
-
-def _has_squares(psf: FieldPsf, projection: Projection) -> bool:
-    """Whether samples of light are taken as even squares behind the optics of a lens: where they are those of the scene.
-
-    Others are means over several of its pixels, those behind a blur have no edges, and a table in whole photosites does not
-    tell what is finer.
-    """
-    are_squares = (projection.is_fine or projection.nearest) and projection.whole_pixels((psf.over,)) == psf.over
-    is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
-    return are_squares and psf.by_distance and len(psf.radii_px) == 1 and not is_coarse
-
-
-def _with_samples(
-    psf: FieldPsf,
-    projection: Projection,
-    accuracy: Accuracy,
-    sampling_error: Callable[[FieldPsf], float],
-    channels: int,
-    whole: float | None,
-) -> FieldPsf:
-    """Return the PSF over the cheapest samples of the scene's light that keep their part of the allowed error.
-
-    That is KERNEL_SHARE of it, and FOOTPRINT_SHARE of the tolerance of the photograph for samples of a footprint, beside which
-    other approximations cost little; or the error of the reference's rays. Those with the least error where none do.
-    sampling_error: of `plan_visible_psf`. whole: that tolerance; None: samples have no footprint.
-    """
-    rays = RAY_ERROR * accuracy.sigma
-    most = min(psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER, MOST_OVER)
-    ways = [(replace(psf, over=over), KERNEL_SHARE * accuracy.allowed) for over in range(psf.over, max(psf.over, most) + 1)]
-    if whole is not None and projection.fits_footprint and most > 1:
-        one = replace(psf, over=1)
-        ways.insert(0, (replace(one, footprint=fit_footprint(one, channels)), FOOTPRINT_SHARE * whole * accuracy.sigma))
-    errors = []
-    for way, allowed in ways:
-        errors.append(sampling_error(way))
-        if errors[-1] <= max(allowed, rays):
-            return way
-    return ways[int(np.argmin(errors))][0]
 
 
 def _of_rest(accuracy: Accuracy, lamps: Lamps) -> Accuracy:
@@ -317,7 +275,7 @@ def plan_psf(
     if tolerance and by_distance and _is_ideal(lens_psf) and defocus is not None and len(radii_px) > 1:
         radii_px, by_distance, corrected_px = (0.0,), False, _corrected_px(lens_psf, defocus)
     nodes = FIELD_NODES if _varies_over_field(lens_psf) else (1, 1)
-    over = _choose_over(lens_psf, sampling, scale, camera.pixel_pitch_um) if by_distance else 1
+    over = choose_over(lens_psf, sampling, scale, camera.pixel_pitch_um) if by_distance else 1
     pupil, sensor_px = replace(lens.pupil, stops=()), (camera.width_px, camera.height_px)
     return FieldPsf(
         lens_psf,
@@ -463,19 +421,6 @@ def _fits_in_kernels(lens_psf: WavefrontPsf, lens: Lens, defocus: Defocus, pitch
         return False  # kernels have the pupil of the axis
     near, far = defocus.least_px, defocus.greatest_px
     return not lens.has_plane_of_focus or near <= 0.0 <= far or min(abs(near), abs(far)) < most_airy * airy_px
-
-
-def _choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, scale: float, pitch_um: float) -> int:
-    """Light samples per photosite and axis: as many as scene pixels, where the lens resolves detail finer than photosites."""
-    most = MOST_OVER
-    if isinstance(lens_psf, PsfTable):
-        most = min(most, lens_psf.cells)
-    elif lens_psf is not None:
-        cutoff = pitch_um / (1e-3 * float(np.min(lens_psf.wavelengths_nm)) * lens_psf.f_number)  # cycles per photosite
-        if cutoff < 0.25:
-            return 1
-    least = 2 if sampling.fill_factor < 1.0 else 1
-    return min(max(round(scale), least), most)
 
 
 def bound_change(psf: FieldPsf, channels: int, enough: float = math.inf) -> float:

@@ -1,0 +1,70 @@
+"""Chooses the samples of light that a point spread function is applied to."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from simulator.optics.defocus.accuracy import RAY_ERROR, Accuracy
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.psf.bent_light import fit_footprint
+from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.wavefront_psf import WavefrontPsf
+
+MOST_OVER = 4  # light samples per photosite and axis
+KERNEL_SHARE = 0.5  # of the allowed error, for bends within samples that kernels of a lens spread; cores have the rest
+FOOTPRINT_SHARE = 0.8  # of the tolerance of the photograph, for the same of samples of a footprint
+
+
+def choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, scale: float, pitch_um: float) -> int:
+    """Light samples per photosite and axis: as many as scene pixels, where the lens resolves detail finer than photosites."""
+    most = MOST_OVER
+    if isinstance(lens_psf, PsfTable):
+        most = min(most, lens_psf.cells)
+    elif lens_psf is not None:
+        cutoff = pitch_um / (1e-3 * float(np.min(lens_psf.wavelengths_nm)) * lens_psf.f_number)  # cycles per photosite
+        if cutoff < 0.25:
+            return 1
+    least = 2 if sampling.fill_factor < 1.0 else 1
+    return min(max(round(scale), least), most)
+
+
+def has_squares(psf: FieldPsf, projection: Projection) -> bool:
+    """Whether samples of light are taken as even squares behind the optics of a lens: where they are those of the scene.
+
+    Others are means over several of its pixels, those behind a blur have no edges, and a table in whole photosites does not
+    tell what is finer.
+    """
+    are_squares = (projection.is_fine or projection.nearest) and projection.whole_pixels((psf.over,)) == psf.over
+    is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
+    return are_squares and psf.by_distance and len(psf.radii_px) == 1 and not is_coarse
+
+
+def with_samples(
+    psf: FieldPsf,
+    projection: Projection,
+    accuracy: Accuracy,
+    sampling_error: Callable[[FieldPsf], float],
+    channels: int,
+    whole: float | None,
+) -> FieldPsf:
+    """Return the PSF over the cheapest samples of the scene's light that keep their part of the allowed error.
+
+    That is KERNEL_SHARE of it, and FOOTPRINT_SHARE of the tolerance of the photograph for samples of a footprint, beside which
+    other approximations cost little; or the error of the reference's rays. Those with the least error where none do.
+    sampling_error: of `plan_visible_psf`. whole: that tolerance; None: samples have no footprint.
+    """
+    rays = RAY_ERROR * accuracy.sigma
+    most = min(psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER, MOST_OVER)
+    ways = [(replace(psf, over=over), KERNEL_SHARE * accuracy.allowed) for over in range(psf.over, max(psf.over, most) + 1)]
+    if whole is not None and projection.fits_footprint and most > 1:
+        one = replace(psf, over=1)
+        ways.insert(0, (replace(one, footprint=fit_footprint(one, channels)), FOOTPRINT_SHARE * whole * accuracy.sigma))
+    errors = []
+    for way, allowed in ways:
+        errors.append(sampling_error(way))
+        if errors[-1] <= max(allowed, rays):
+            return way
+    return ways[int(np.argmin(errors))][0]
