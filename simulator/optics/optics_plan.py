@@ -64,10 +64,9 @@ class OpticsPlan:
         light that kernels by distance are applied to.
     tolerance: of all approximations together [standard deviations of the noise]; 0: the reference path. `accuracy` has that for
         which each of them is planned.
-    lamps: pixels of the scene that are drawn by themselves behind the PSF; None: none are. lamp_error: of those that are not,
-        as a share of the brightest light. focus_error: of kernels at `focus_px` alone, the same. spots_error: of kernels that
-        hold a low-pass filter, spread_error: of kernels by distance that spread each layer by itself, far_error: of circles far
-        larger than the Airy disk, the same.
+    lamps: pixels of the scene that are drawn by themselves behind the PSF; None: none are. Errors as shares of the brightest
+        light: lamp_error of those that are not, focus_error of kernels at `focus_px` alone, spots_error of kernels that hold a
+        low-pass filter, spread_error of those that spread each layer by itself, far_error of circles far beyond the Airy disk.
     layer_rays: whether rays add what these lack, on the reference path.
     wings: light of diffraction from beyond the kernels; None: none is added. wings_error: what that leaves, or leaving it out
         [standard deviations].
