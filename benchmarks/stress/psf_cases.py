@@ -47,27 +47,22 @@ def run_psf(device: Device, inputs: Inputs) -> Outcome:
 def spread_light(optics: OpticsPlan, planes: np.ndarray) -> np.ndarray:
     """Light (rows, columns) behind a planned point spread function in focus, of a scene of one plane and pixel per photosite.
 
-    Lamps and what exceeds the limit of highlights are squares of light; the rest is what photosites see. Lamps are added to
-    what the others leave, which is not negative.
+    Its pixels are even squares. Lamps are added to what the others leave, which is not negative.
     """
     psf, weight = optics.psf, float(optics.weights.sum())
-    assert psf is not None
-    picture, squares, lamps = planes.copy(), np.zeros(planes.shape), np.zeros(planes.shape)
+    assert psf is not None and psf.even_squares
+    picture, lamps = planes.copy(), np.zeros(planes.shape)
     if optics.lamps is not None:
         place = optics.lamps.rows, optics.lamps.columns
         kept, drawn = optics.lamps.split(planes[..., None], optics.weights)
         picture[place], lamps[place] = kept[:, 0] / weight, drawn[:, 0] / weight
-    if psf.has_ringing(0, 0):
-        limit = psf.highlight_limits[0] / weight
-        picture, squares = np.minimum(picture, limit), np.maximum(picture - limit, 0.0)
+    kernel = psf.kernel(0, 0, False, 0, 0).sum(axis=0)
 
-    def spread(light: np.ndarray, *, of_squares: bool) -> np.ndarray:
-        kernel = psf.kernel(0, 0, of_squares, 0, 0).sum(axis=0)
+    def spread(light: np.ndarray) -> np.ndarray:
         found = fftconvolve(np.pad(light, PSF_MARGIN, mode="edge"), kernel, mode="same")
-        return np.asarray(found[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN])
+        return np.maximum(found[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN], 0.0)
 
-    rest = np.maximum(spread(picture, of_squares=False) + spread(squares, of_squares=True), 0.0)
-    return rest + np.maximum(spread(lamps, of_squares=True), 0.0)
+    return spread(picture) + spread(lamps)
 
 
 BESIDE_STEP_PX = 24  # photosites beside the step between two walls, whose light mixes

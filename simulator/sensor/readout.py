@@ -217,8 +217,8 @@ def share_variance(device: Device, geometry: ReadoutGeometry, variance: Buffer, 
         frame, factor, step = geometry.binned, geometry.binning.factor, geometry.filter_step
     result = device.empty((frame.height, frame.width), np.float32)
     kernel = device.kernel("crosstalk_variance", {"FACTOR": factor, "STEP": step})
-    squares = device.upload(geometry.crosstalk.squared_shares(factor, step))
-    arguments = {"variance": variance, "mixed": result, "squares": squares, "width": area.width, "height": area.height}
+    shares = device.upload(geometry.crosstalk.shares_at_edges(factor, step))
+    arguments = {"variance": variance, "mixed": result, "shares": shares, "width": area.width, "height": area.height}
     device.run(kernel, (frame.width, frame.height), None, **arguments)
     return result
 

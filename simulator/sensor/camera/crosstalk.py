@@ -49,8 +49,8 @@ class Crosstalk:
         one, summed = self._summed_shares(1, 1), self._summed_shares(factor, step)
         return float((summed**2).sum() / (factor**2 * (one**2).sum()))
 
-    def squared_shares(self, factor: int, step: int) -> np.ndarray:
-        """Return the squares of the shares of the charge around summed photosites that go into the sum, float32.
+    def shares_at_edges(self, factor: int, step: int) -> np.ndarray:
+        """Return the shares of the charge around summed photosites that go into the sum, float32.
 
         Shape (16, taps, taps), taps = step * (factor - 1) + 3: without an edge, and where the frame ends above (+ 1), below
         (+ 2), to the left (+ 4) or to the right (+ 8) of them; there the outermost photosites stand in for those beyond, so
@@ -68,7 +68,7 @@ class Crosstalk:
                 if ends:
                     view[1] += view[0]
                     view[0] = 0.0
-            tables.append(shares**2)
+            tables.append(shares)
         return np.array(tables, np.float32)
 
     def _summed_shares(self, factor: int, step: int) -> np.ndarray:
