@@ -1,6 +1,7 @@
 """Plans the point spread function of a lens and a camera: its kernels, and what they leave of the light."""
 
 import math
+from collections.abc import Hashable
 from dataclasses import replace
 from functools import partial
 
@@ -192,21 +193,28 @@ def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per
     projection = planned.projection
     if psf.by_distance and projection.is_bilinear:
         return kernel_bend_error(psf, projection.scale, planned.channels) * _bends(planned, per_radiance)
-    has_squares = projection.is_fine or projection.nearest
-    if not psf.by_distance or not has_squares or projection.whole_pixels((psf.over,)):
+    if not psf.by_distance or not projection.has_square_pixels or projection.whole_pixels((psf.over,)):
         return 0.0
-    return mixing_error(
-        planned, psf, planned.scene if lamps is None else lamps.without(planned.scene, planned.weights), per_radiance
-    )
+    scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)
+    return mixing_error(planned, psf, scene, per_radiance)
 
 
 def mixing_error(planned: OpticsPlan, psf: FieldPsf, scene: Scene, per_radiance: float) -> float:
     """Error of samples that mix the even squares of a scene, as a share of the brightest light. per_radiance: as elsewhere."""
-    detail = scene_detail(scene, planned.weights, per_radiance, planned.accuracy)
+    seen = planned.weights, per_radiance, planned.accuracy
+    detail = scene.remember(("detail of samples", *_light_key(planned, per_radiance)), lambda: scene_detail(scene, *seen))
     width_px = airy_radius_px(psf.lens_psf) if isinstance(psf.lens_psf, WavefrontPsf) else 0.0
     return float(square_error(np.array(width_px), psf.over, planned.projection.scale, detail))
 
 
 def _bends(planned: OpticsPlan, per_radiance: float) -> float:
     """Bend of the scene's light at its pixels, but for lamps, which have an error of their own (`scene_bends`)."""
-    return scene_bends(planned.scene, planned.weights, per_radiance, planned.accuracy, BRIGHT, LIT_SHARE, has_lamps=False)
+    seen = planned.weights, per_radiance, planned.accuracy, BRIGHT, LIT_SHARE
+    key = "bends of samples", *_light_key(planned, per_radiance)
+    return planned.scene.remember(key, lambda: scene_bends(planned.scene, *seen, has_lamps=False))
+
+
+def _light_key(planned: OpticsPlan, per_radiance: float) -> tuple[Hashable, ...]:
+    """What differences of a scene's light depend on beside the scene: its electrons and their noise, whatever is allowed."""
+    accuracy = planned.accuracy
+    return freeze(planned.weights), per_radiance, accuracy.electrons, accuracy.read_noise_e, accuracy.has_lamps

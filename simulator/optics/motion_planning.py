@@ -120,7 +120,7 @@ def _moved_sampling_error(planned: OpticsPlan, per_radiance: float) -> float:
     pixels per photosite, behind f/2.8 and f/8, that move by 0.5 and 8 photosites along a row and aslant.
     """
     motion, psf, projection = planned.motion, planned.psf, planned.projection
-    if motion is None or psf is None or not psf.by_distance or not (projection.is_fine or projection.nearest):
+    if motion is None or psf is None or not psf.by_distance or not projection.has_square_pixels:
         return planned.sampling_error
     if planned.sampling_error or projection.whole_pixels((psf.over,)) == 0:
         return planned.sampling_error

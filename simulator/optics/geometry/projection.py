@@ -130,9 +130,14 @@ class Projection:
         return self.scale > 1.0 + 1e-6 or self.cuts_pixels
 
     @property
+    def has_square_pixels(self) -> bool:
+        """Whether pixels are even squares of light: those of a fine scene, and of one that asks for the nearest."""
+        return self.is_fine or self.nearest
+
+    @property
     def has_squares(self) -> bool:
         """Whether photosites see parts of pixels that are even squares; else light between the middles of these."""
-        return self.is_fine or self.nearest or (not self.is_bilinear and self.open_side < 1.0)
+        return self.has_square_pixels or (not self.is_bilinear and self.open_side < 1.0)
 
     @property
     def has_pixel_per_photosite(self) -> bool:

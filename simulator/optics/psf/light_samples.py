@@ -37,7 +37,7 @@ def has_squares(psf: FieldPsf, projection: Projection) -> bool:
     Others are means over several of its pixels, those behind a blur have no edges, and a table in whole photosites does not
     tell what is finer.
     """
-    are_squares = (projection.is_fine or projection.nearest) and projection.whole_pixels((psf.over,)) == psf.over
+    are_squares = projection.has_square_pixels and projection.whole_pixels((psf.over,)) == psf.over
     is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
     return are_squares and psf.by_distance and len(psf.radii_px) == 1 and not is_coarse
 

@@ -137,7 +137,7 @@ def plan_visible_psf(
     psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px)
     if psf is None:
         return None, None, None
-    is_wall = scale < 1.0 + 1e-6 and not accuracy.has_lamps and defocus is not None and len({*sum(defocus.ranges_px, ())}) == 1
+    is_wall = defocus is not None and defocus.least_px == defocus.greatest_px and scale < 1.0 + 1e-6 and not accuracy.has_lamps
     if is_wall and not psf.by_distance and far_error(psf) > accuracy.allowed:
         psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px, most_airy=MOST_WALL_AIRY) or psf
     psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
