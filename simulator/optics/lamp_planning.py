@@ -12,6 +12,7 @@ import numpy as np
 from simulator.optics.blur_planning import plan_accuracy, with_defocus
 from simulator.optics.defocus.accuracy import LAMP_PEAK
 from simulator.optics.defocus.lamp_images import drawn_spots
+from simulator.optics.defocus.predicted_error import divides_squares
 from simulator.optics.defocus.scene_light import brighter_pixels
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
@@ -46,9 +47,14 @@ def with_drawn_lamps(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sen
 
 
 def _misses_lamps(planned: OpticsPlan) -> bool:
-    """Whether the blur of one even surface would mix the pixels of a fine scene behind a round aperture."""
-    has_tolerance = planned.accuracy.tolerance > 0.0
-    return _has_one_image(planned) and has_tolerance and planned.is_direct and not planned.accuracy.whole_pixels
+    """Whether the blur of one even surface would mix the pixels of a fine scene behind a round aperture.
+
+    It does where no samples divide them, or those that do are not taken, since all but the lamps is even.
+    """
+    defocus, accuracy = planned.defocus, planned.accuracy
+    if defocus is None or not _has_one_image(planned) or not accuracy.tolerance or not planned.is_direct:
+        return False
+    return not accuracy.whole_pixels or not divides_squares(defocus.of_scene(), np.abs(np.array(defocus.radii_px)))
 
 
 def _mixes_coarse_lamps(planned: OpticsPlan, lens: Lens, camera: Camera) -> bool:

@@ -102,10 +102,9 @@ def error_terms(
     smallest, is_sloped = np.array([min(blurred)]), any(np.ndim(radius) > 0 for radius in radii)
     finest = int(own.samples_per_axis(smallest, smallest)[0])
     is_gathered = len(defocus.radii_px) == 1 and bool(own.gathers_scene(smallest, smallest).any())
+    holds_lamps = is_gathered or divides_squares(own, smallest)
     may_gather = len(defocus.radii_px) == 1 and bool(at_finest(own).gathers_scene(smallest, smallest).any())
     is_finest = is_gathered or (finest == most_samples_per_axis(own, smallest) and not may_gather)
-    # Squares that samples divide, or that are gathered one by one, have exact weights, lamps as well.
-    holds_lamps = is_gathered or (accuracy.detail > 0.0 and not accuracy.sampling_error(smallest, finest, defocus.scale).any())
     if is_gathered:
         widest = np.array(own.largest_px)
         lamps = gathered_lamp_error(widest, own.gathered_rectangles(widest), defocus.scale, accuracy)
@@ -207,6 +206,15 @@ def error_terms(
         others = [term.sigma for number, term in enumerate(terms) if number != means and term.limit == "method"]
         terms[means] = replace(terms[means], sigma=alone_sigma - max(others, default=0.0))
     return terms
+
+
+def divides_squares(defocus: Defocus, radius_px: np.ndarray) -> bool:
+    """Whether samples divide the even squares of a scene, which have exact weights then, lamps as well.
+
+    radius_px: of the blur circle, (1,) [photosites].
+    """
+    accuracy, samples = defocus.accuracy, int(defocus.samples_per_axis(radius_px, radius_px)[0])
+    return accuracy.detail > 0.0 and not accuracy.sampling_error(radius_px, samples, defocus.scale).any()
 
 
 def _spot_shares(defocus: Defocus, contrast: SceneContrast, *, reads_pixels: bool) -> tuple[float, float]:
