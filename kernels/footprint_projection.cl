@@ -1,15 +1,16 @@
-// Projection of a scene coarser than the photosites, whose light is bilinear, where each photosite averages it over several squares
-// (simulator/optics/geometry/footprint.py): first across, at the columns of photosites, then down. The host lists the pixels that are
-// read along either axis. Beyond the scene's grid its edge pixels continue.
+// Projection of a scene whose pixels are even squares, or whose light is bilinear between them, where each sample of light averages it
+// over several squares (simulator/optics/geometry/footprint.py): first across, at the columns of samples, then down. The host lists the
+// pixels that are read along either axis. Beyond the scene's grid its edge pixels continue.
 //
 // planes:  (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
-// across:  (channels, 2, scene_rows, set_columns) float32, scene rows from first_row on, photosites in interleaved columns (OVER 1).
-// column_starts, row_starts: first pixel that a column or a row of photosites reads; all lie in the rows of `across` or beyond the grid.
-// column_shares: (READS, 2 set_columns) float32, row_shares: (READS, rows) float32: shares of the pixels from it on, with the sum 1.
+// across:  (channels, COLUMN_SETS, scene_rows, set_columns) float32, scene rows from first_row on, samples in interleaved columns.
+// column_starts, row_starts: first pixel that a column or a row of samples reads; all lie in the rows of `across` or beyond the grid.
+// column_shares: (READS, COLUMN_SETS set_columns) float32, row_shares: (READS, rows) float32: shares of the pixels from it on, with the
+// sum 1.
 #include "conventions.h"
-#include "bilinear_area.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "plain_math.h"
 
 // Dimension 0: columns of a set; 1: scene rows; 2: column sets of all channels.
 kernel void footprint_across(global const float *restrict planes, global float *restrict across, global const int *restrict column_starts,
@@ -26,7 +27,7 @@ kernel void footprint_across(global const float *restrict planes, global float *
     across[row_start(set, get_global_id(1), get_global_size(1), columns) + get_global_id(0)] = own + more;
 }
 
-// Light of one photosite, of a column set of a channel.
+// Light of one sample, of a column set of a channel.
 INLINE float footprint_down(global const float *across, global const int *row_starts, global const float *row_shares, const size_t set,
                             const size_t row, const size_t rows, const size_t column, const size_t columns, const uint scene_height,
                             const uint first_row, const uint scene_rows) {
@@ -40,8 +41,8 @@ INLINE float footprint_down(global const float *across, global const int *row_st
     return own + more;
 }
 
-// sampled: (planes, 2, rows, set_columns) float32, written from first_plane on. Dimension 0: columns of a set; 1: rows of photosites;
-// 2: column sets of all channels.
+// sampled: (planes, COLUMN_SETS, rows, set_columns) float32, written from first_plane on. Dimension 0: columns of a set; 1: rows of
+// samples; 2: column sets of all channels.
 kernel void footprint_planes(global const float *restrict across, global float *restrict sampled, global const int *restrict row_starts,
                              global const float *restrict row_shares, const uint first_plane, const uint scene_height,
                              const uint first_row, const uint scene_rows) {
@@ -51,8 +52,8 @@ kernel void footprint_planes(global const float *restrict across, global float *
                        scene_rows);
 }
 
-// mosaic: (height, width) float32, each photosite's own colour, written from mosaic_row on. Dimension 0: columns of a set; 1: rows of
-// photosites; 2: column sets of one plane.
+// mosaic: (height, width) float32, each photosite's own colour, written from mosaic_row on, of one sample per photosite. Dimension 0:
+// columns of a set; 1: rows of photosites; 2: column sets of one plane.
 kernel void footprint_mosaic(global const float *restrict across, global float *restrict mosaic, global const int *restrict row_starts,
                              global const float *restrict row_shares, const uint mosaic_row, const uint width, const uint scene_height,
                              const uint first_row, const uint scene_rows) {

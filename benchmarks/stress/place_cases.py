@@ -110,25 +110,31 @@ def run_pixel_samples(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(layout.decode(device.download(sampled, layout.shape(1), np.float32)[0]), light[rows[:, None], columns])
 
 
+def square_means(line: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Means between edges [px] of a line's pixels as even squares, float64."""
+    sums = np.concatenate([[0.0], np.cumsum(line.astype(np.float64))])
+    return np.diff(np.interp(edges, np.arange(len(sums)), sums)) / np.diff(edges)
+
+
 def run_footprint(device: Device, inputs: Inputs) -> Outcome:
-    """Photosites that average a scene of fewer pixels over a filter's spots and squares beside them."""
+    """Samples that average a scene over a filter's spots and squares beside them: light between its pixels, or even squares."""
     scale, spots_px, first = (float(np.float32(number(inputs, name))) for name in ("scale", "spots_px", "column"))
-    light, first = picture(inputs)[0], int(first)
+    light, first, over = picture(inputs)[0], int(first), int(number(inputs, "over"))
     line = np.zeros(math.ceil((first + 40) * scale) + len(light) + 8, np.float32)
     begin = 4 + int(first * scale)
     line[begin : begin + len(light)] = light
-    footprint = Footprint(0.75, spots_px, 0.28, number(inputs, "share"))
-    projection = Projection(scale, 4.3, 0.0, len(line), 4, 1, False, is_bilinear=True, footprint=footprint)
-    planes, layout = device.upload(np.broadcast_to(line, (1, 4, len(line)))), InterleavedColumns(1, 2, 16)
+    footprint, is_tent = Footprint(0.75, spots_px, 0.28, number(inputs, "share")), scale < 1.0
+    projection = Projection(scale, 4.3, 0.0, len(line), 4, 1, False, is_bilinear=is_tent, footprint=footprint)
+    planes, layout = device.upload(np.broadcast_to(line, (1, 4, len(line)))), InterleavedColumns(over, 2, 16)
     sampled = device.empty(layout.shape(1), np.float32)
     project_planes(device, projection, planes, 1, sampled, 0, layout, (first, 0))
     mosaic = project(device, projection, Cfa.uniform(0), Window(first, 0, 32, 2), planes)
     every = layout.decode(device.download(sampled, layout.shape(1), np.float32)[0])
-    found = np.stack([every, device.download(mosaic, (2, 32), np.float32)])
-    middles, padded = first + np.arange(32.0) + 0.5, np.pad(line, 8, "edge")
-    exact = np.zeros(32)
+    found = np.concatenate([every, device.download(mosaic, (2, 32), np.float32)], axis=1)
+    middles = np.concatenate([first + (np.arange(32.0 * over) + 0.5) / over, first + np.arange(32.0) + 0.5])
+    exact, padded, means = np.zeros(len(middles)), np.pad(line, 8, "edge"), bilinear_means if is_tent else square_means
     for place, share in footprint.places:
-        exact += share * np.array([bilinear_means(padded, 12.3 + scale * (one + place + 0.375 * EDGES))[0] for one in middles])
+        exact += share * np.array([means(padded, 12.3 + scale * (one + place + 0.375 * EDGES))[0] for one in middles])
     return Outcome(found, np.broadcast_to(exact, found.shape), np.full(found.shape, float(light.max())))
 
 
@@ -204,13 +210,14 @@ CASES = (
         ("footprint_across", "footprint_planes", "footprint_mosaic"),
         {
             "light": Picture((1, 64), 1e-3, 2e4),
-            "scale": Real(0.2, 0.95, switches=(0.5,)),
+            "scale": Real(0.2, 3.0, switches=(0.5, 1.0)),
+            "over": Choice((1, 3)),
             "spots_px": Real(0.0, 2.0, switches=(0.5, 1.0)),
             "share": Real(0.0, 0.4),
             "column": Choice((0, 1000, 6000, 23000)),
         },
         run_footprint,
-        "five shares, each rounded, of differences and their sums, along either axis: 12 ulps of the brightest pixel",
+        "up to 14 shares, each rounded, of differences and their sums, along either axis: 12 ulps of the brightest pixel",
         most_ulps=12.0,
     ),
     StressCase(

@@ -5,26 +5,22 @@ from collections.abc import Hashable
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from simulator.optics.blur_planning import electrons_per_radiance
-from simulator.optics.defocus.accuracy import square_error
 from simulator.optics.defocus.scene_light import BRIGHT, scene_bends, scene_detail
 from simulator.optics.geometry.end_spacing import LIT_SHARE
 from simulator.optics.geometry.footprint import Footprint
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.psf.bent_light import kernel_bend_error
 from simulator.optics.psf.far_circles import far_circle_error
-from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
+from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.filtered_layers import filtered_layers_error, spread_layers_error
 from simulator.optics.psf.kernel_split import gather_table
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.psf.left_out_blur import left_out_error
 from simulator.optics.psf.psf_errors import focus_error, undrawn_error
 from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
+from simulator.optics.psf.sampled_light import kernel_bend_error, kernel_square_error
 from simulator.optics.psf.visibility import Visibility
-from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.psf.wings import plan_wings
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
@@ -193,7 +189,8 @@ def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per
     projection = planned.projection
     if psf.by_distance and projection.is_bilinear:
         return kernel_bend_error(psf, projection.scale, planned.channels) * _bends(planned, per_radiance)
-    if not psf.by_distance or not projection.has_square_pixels or projection.whole_pixels((psf.over,)):
+    are_whole = psf.footprint is None and projection.whole_pixels((psf.over,)) > 0
+    if not psf.by_distance or not projection.has_square_pixels or are_whole:
         return 0.0
     scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)
     return mixing_error(planned, psf, scene, per_radiance)
@@ -203,8 +200,7 @@ def mixing_error(planned: OpticsPlan, psf: FieldPsf, scene: Scene, per_radiance:
     """Error of samples that mix the even squares of a scene, as a share of the brightest light. per_radiance: as elsewhere."""
     seen = planned.weights, per_radiance, planned.accuracy
     detail = scene.remember(("detail of samples", *_light_key(planned, per_radiance)), lambda: scene_detail(scene, *seen))
-    width_px = airy_radius_px(psf.lens_psf) if isinstance(psf.lens_psf, WavefrontPsf) else 0.0
-    return float(square_error(np.array(width_px), psf.over, planned.projection.scale, detail))
+    return detail * kernel_square_error(psf, planned.projection.scale, planned.channels)
 
 
 def _bends(planned: OpticsPlan, per_radiance: float) -> float:

@@ -251,7 +251,7 @@ def _with_filter_in_focus(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, *
     has_spots = planned.lamps is not None or (planned.is_direct and planned.accuracy.tolerance)
     if (planned.defocus is not None and not has_spots) or sampling == Sampling() or not is_ideal or _is_even(planned.scene):
         return planned
-    if is_at_rest and projection.fits_footprint and planned.defocus is None:
+    if is_at_rest and projection.is_bilinear and projection.fits_footprint and planned.defocus is None:
         footprint = sampling.footprint(camera.pixel_pitch_um)
         return replace(planned, projection=replace(projection, footprint=footprint))
     low_pass_px = camera.low_pass_um / camera.pixel_pitch_um

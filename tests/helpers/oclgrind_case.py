@@ -133,11 +133,13 @@ def take_fine() -> None:
 
 
 def take_coarse() -> None:
-    """A scene coarser than the photosites, in focus, behind a low-pass filter alone and behind diffraction, too."""
+    """Scenes in focus, coarser than the photosites behind a low-pass filter and diffraction, and finer behind both."""
     rng, camera = np.random.default_rng(0), small_camera(34, 12, "RGGB", low_pass_um=2.5)
-    scene = band_scene(rng.random((7, 15, camera.channels)), 2.0)
-    for lens in (ThinLens(50.0, 4.0, 2.0), ThinLens(50.0, 4.0, 2.0, diffraction=True)):
-        shot = Shot(scene, lens, Exposure(0.001), camera)
+    diffracting = ThinLens(50.0, 4.0, 2.0, diffraction=True)
+    few = small_camera(10, 8, "MONO", low_pass_um=2.5)
+    shots = ((7, 15), ThinLens(50.0, 4.0, 2.0), camera), ((7, 15), diffracting, camera), ((12, 14), diffracting, few)
+    for shape, lens, own in shots:
+        shot = Shot(band_scene(rng.random((*shape, own.channels)), 2.0), lens, Exposure(0.001), own)
         optics = plan(shot).optics
         assert optics.projection.footprint is not None or (optics.psf is not None and optics.psf.footprint is not None)
         take_with_truth(shot)

@@ -24,7 +24,7 @@ def pupil_transfer(s: np.ndarray, waves: float) -> np.ndarray:
 
 
 def through_pupil(planes: np.ndarray, psf: FieldPsf, beyond: int, parts: int = 0, radius_px: float = 0.0) -> np.ndarray:
-    """Light of photosites in a channel behind the transfer function of a round pupil, float64.
+    """Light of photosites in a channel behind the transfer function of a round pupil, low-pass filter and open area, float64.
 
     planes: light that goes on as its edge for `beyond` photosites. parts: 0: it is what photosites see of smooth light; else it
     has even squares, so many to a photosite and axis, of which the pupil passes no detail that they do not hold. radius_px: of
@@ -40,9 +40,11 @@ def through_pupil(planes: np.ndarray, psf: FieldPsf, beyond: int, parts: int = 0
         own = pupil_transfer(np.hypot(down, across) * lambda_n_px, radius_px / (4.0 * lambda_n_px))
         transfer = transfer + own / len(wavelengths_nm)
     if parts:
+        side, apart = math.sqrt(psf.sampling.fill_factor), psf.sampling.low_pass_um / psf.pitch_um
         for along in (down, across):
             middle = np.exp(-1j * math.pi * along * (1.0 - 1.0 / parts))  # of a photosite, from that of its first square
-            transfer = transfer * np.sinc(along) * np.sinc(along / parts) * np.conj(middle)
+            transfer = transfer * np.sinc(side * along) * np.cos(math.pi * apart * along)
+            transfer = transfer * np.sinc(along / parts) * np.conj(middle)
     found = fft.irfft2(fft.rfft2(around, shape) * transfer, shape)
     first = beyond * per_photosite
     return found[first : first + len(planes) : per_photosite, first : first + planes.shape[1] : per_photosite]

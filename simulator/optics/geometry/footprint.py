@@ -1,7 +1,8 @@
-"""Squares of the sensor over which photosites average a coarse scene, whose light is bilinear between its pixels.
+"""Squares of the sensor over which samples of light average a scene whose pixels are even squares, or tents of bilinear light.
 
 Such light has closed means over any square, so that the spots of a low-pass filter and the open area of photosites are exact.
-Squares beside them give samples a transfer function that falls as that of a lens does (`simulator.optics.psf.bent_light`).
+A square more, and others beside them, give samples a transfer function that falls as that of a lens does
+(`simulator.optics.psf.sampled_light`).
 """
 
 import itertools
@@ -13,16 +14,18 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Footprint:
-    """Squares about the middle of a photosite, the same along both axes.
+    """Squares about the middle of a photosite, or of a sample of it, the same along both axes.
 
-    side_px: of each [photosites]. low_pass_px: distance of the spots of a low-pass filter on either axis.
+    side_px: of each [photosites]. low_pass_px: distance of the spots of a low-pass filter on either axis [photosites].
     beside_px, share: half of this share of the light is so far to either side along each axis.
+    blur_px: side of a square over which all of it is averaged once more [photosites]; 0: none.
     """
 
     side_px: float = 1.0
     low_pass_px: float = 0.0
     beside_px: float = 0.0
     share: float = 0.0
+    blur_px: float = 0.0
 
     @property
     def places(self) -> list[tuple[float, float]]:
@@ -34,37 +37,47 @@ class Footprint:
 
     @property
     def reach_px(self) -> float:
-        """Distance of its border from the middle [photosites]."""
-        return 0.5 * (self.side_px + self.low_pass_px) + (self.beside_px if self.share else 0.0)
+        """Distance of its border from the middle of a sample [photosites]."""
+        return 0.5 * (self.side_px + self.low_pass_px + self.blur_px) + (self.beside_px if self.share else 0.0)
 
     def beside_transfer(self, cycles: np.ndarray) -> np.ndarray:
-        """Transfer function of the squares beside those of filter and aperture, along an axis [cycles per photosite]."""
-        return np.asarray(1.0 - self.share * (1.0 - np.cos(2.0 * math.pi * self.beside_px * cycles)))
+        """Transfer function of all that is not filter and aperture, along an axis [cycles per photosite], same shape."""
+        beside = 1.0 - self.share * (1.0 - np.cos(2.0 * math.pi * self.beside_px * cycles))
+        return np.asarray(np.sinc(self.blur_px * cycles) * beside)
 
-    def reads(self, scale: float) -> int:
-        """Scene pixels per axis that a photosite reads, of so many pixels per photosite."""
-        return math.floor(2.0 * self.reach_px * scale) + 3
+    def reads(self, scale: float, *, is_tent: bool) -> int:
+        """Scene pixels per axis that a sample reads, of so many pixels per photosite; is_tent: as of `of_pixel`."""
+        return math.floor(2.0 * self.reach_px * scale) + (3 if is_tent else 2)
 
-    def of_pixel(self, away_px: np.ndarray, width_px: float) -> np.ndarray:
-        """Mean light of photosites so far from the middle of a pixel of light 1 along an axis [photosites], same shape."""
-        half, found = 0.5 * self.side_px / width_px, np.zeros(away_px.shape)
+    def of_pixel(self, away_px: np.ndarray, width_px: float, *, is_tent: bool) -> np.ndarray:
+        """Mean light of samples so far from the middle of a pixel of light 1 along an axis [photosites], same shape.
+
+        width_px: of the pixel, an even square. is_tent: its light is bilinear instead, and twice as wide at its foot.
+        """
+        sides = [self.side_px, width_px, *([width_px] if is_tent else []), *([self.blur_px] if self.blur_px else [])]
+        found = np.zeros(away_px.shape)
         for place, share in self.places:
-            middle = (away_px + place) / width_px
-            found += 0.5 * share / half * (_tent_until(middle + half) - _tent_until(middle - half))
+            found += share * width_px * _boxes(away_px + place, sides)
         return found
 
-    def pixel_shares(self, scale: float, offset_px: float, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Pixels of a scene in photosites from `first` on along an axis: the first that each reads, and the shares of `reads`.
+    def pixel_shares(
+        self, scale: float, offset_px: float, over: int, first: int, count: int, *, is_tent: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pixels of a scene in samples from `first` on along an axis: the first that each reads, and the shares of `reads`.
 
-        offset_px: scene position of the sensor's border. (count,) int32, (reads, count) float32.
+        offset_px: scene position of the sensor's border. over: samples per photosite. (count,) int32, (reads, count) float32.
         """
-        middle = offset_px + scale * (np.arange(first, first + count) + 0.5) - 0.5  # in centres of pixels
-        start = np.floor(middle - scale * self.reach_px)
-        away = (middle - start - np.arange(self.reads(scale))[:, None]) / scale
-        return start.astype(np.int32), self.of_pixel(away, 1.0 / scale).astype(np.float32)
+        middle = offset_px + scale * ((np.arange(first, first + count) + 0.5) / over) - 0.5  # in centres of pixels
+        start = np.floor(middle - scale * self.reach_px + (0.0 if is_tent else 0.5))
+        away = (middle - start - np.arange(self.reads(scale, is_tent=is_tent))[:, None]) / scale
+        return start.astype(np.int32), self.of_pixel(away, 1.0 / scale, is_tent=is_tent).astype(np.float32)
 
 
-def _tent_until(x: np.ndarray) -> np.ndarray:
-    """Integral of the light of a pixel of radiance 1 from its centre to so far from it [px], same shape."""
-    place = np.clip(x, -1.0, 1.0)
-    return place - 0.5 * place * np.abs(place)
+def _boxes(x: np.ndarray, sides: list[float]) -> np.ndarray:
+    """Convolution of boxes of these sides and area 1, same shape as x: differences of a power of x, whose sign changes at 0."""
+    order, found = len(sides), np.zeros(x.shape)
+    for ways in itertools.product((1.0, -1.0), repeat=order):
+        at = x + 0.5 * sum(way * side for way, side in zip(ways, sides, strict=True))
+        found += math.prod(ways) * np.abs(at) * at ** (order - 2)
+    found[np.abs(x) >= 0.5 * sum(sides)] = 0.0
+    return found / (2.0 * math.factorial(order - 1) * math.prod(sides))

@@ -1,4 +1,4 @@
-"""Projects a coarse scene onto photosites that average it over several squares (kernels/footprint_projection.cl)."""
+"""Projects a scene onto samples of light that average it over several squares (kernels/footprint_projection.cl)."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -43,12 +43,18 @@ class SceneGrid(Protocol):
         """Height of the scene's grid [px]."""
         ...
 
+    @property
+    def is_bilinear(self) -> bool:
+        """Whether light is bilinear between the middles of pixels; else these are even squares."""
+        ...
+
 
 @dataclass(frozen=True)
 class _AcrossLines:
-    """Scene rows that rows of photosites read, read across at the columns of photosites.
+    """Scene rows that rows of samples read, read across at the columns of samples.
 
-    lines: (channels, 2, scene_rows, set columns) float32, from scene row first_row on. starts, shares: of rows of photosites.
+    lines: (channels, column sets, scene_rows, set columns) float32, from scene row first_row on. starts, shares: of rows of
+    samples.
     """
 
     lines: Buffer
@@ -73,7 +79,7 @@ def project_footprint(
     device: Device, projection: SceneGrid, footprint: Footprint, cfa: Cfa, window: Window, planes: Buffer, mosaic: Buffer
 ) -> None:
     """Enqueue the sharp image of one surface in each photosite's own colour. mosaic: (height, width) float32 of a window."""
-    channels, defines = 1 + max(cfa.colors), {**cfa.macros(window.x, window.y), **_defines(projection, footprint)}
+    channels, defines = 1 + max(cfa.colors), {**cfa.macros(window.x, window.y), **_defines(projection, footprint, 1)}
     kernel = device.kernel("footprint_mosaic", defines, file=FILE)
     for first in range(0, window.height, BAND_ROWS):
         rows = min(BAND_ROWS, window.height - first)
@@ -94,10 +100,12 @@ def project_footprint_planes(
     layout: InterleavedColumns,
     origin: tuple[int, int],
 ) -> None:
-    """Enqueue the projection of all channels onto the photosites of a layout; arguments as of `project_planes`."""
+    """Enqueue the projection of all channels onto the samples of a layout; arguments as of `project_planes`."""
     columns, height, sets = layout.work_size(count)
     band = _read_across(device, projection, footprint, planes, count, layout, origin, height)
-    kernel = device.kernel("footprint_planes", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint)}, file=FILE)
+    kernel = device.kernel(
+        "footprint_planes", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint, layout.over)}, file=FILE
+    )
     size, written = (columns, height, sets), {"sampled": sampled, "first_plane": first_plane}
     device.run(kernel, size, None, **written, **band.arguments(projection))
 
@@ -112,14 +120,20 @@ def _read_across(
     origin: tuple[int, int],
     rows: int,
 ) -> _AcrossLines:
-    """Enqueue the reading across for so many rows of photosites from an origin on."""
-    places = (projection.offset_x, origin[0], 2 * layout.set_columns), (projection.offset_y, origin[1], rows)
-    (columns, shares), (starts, down) = (footprint.pixel_shares(projection.scale, *axis) for axis in places)
+    """Enqueue the reading across for so many rows of samples from an origin on."""
+    over, is_tent = layout.over, projection.is_bilinear
+    places = (
+        (projection.offset_x, over, over * origin[0], layout.column_sets * layout.set_columns),
+        (projection.offset_y, over, over * origin[1], rows),
+    )
+    (columns, shares), (starts, down) = (footprint.pixel_shares(projection.scale, *axis, is_tent=is_tent) for axis in places)
     last = projection.scene_height - 1
     first_row, last_row = (int(np.clip(row, 0, last)) for row in (starts[0], starts[-1] + len(down) - 1))
-    scene_rows, sets = last_row - first_row + 1, 2 * count
+    scene_rows, sets = last_row - first_row + 1, layout.column_sets * count
     lines = device.empty((sets, scene_rows, layout.set_columns), np.float32)
-    kernel = device.kernel("footprint_across", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint)}, file=FILE)
+    kernel = device.kernel(
+        "footprint_across", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint, layout.over)}, file=FILE
+    )
     device.run(
         kernel,
         (layout.set_columns, scene_rows, sets),
@@ -135,5 +149,5 @@ def _read_across(
     return _AcrossLines(lines, first_row, scene_rows, device.upload(starts), device.upload(down))
 
 
-def _defines(projection: SceneGrid, footprint: Footprint) -> dict[str, object]:
-    return {"OVER": 1, "BENDS": 1, "READS": footprint.reads(projection.scale)}
+def _defines(projection: SceneGrid, footprint: Footprint, over: int) -> dict[str, object]:
+    return {"OVER": over, "READS": footprint.reads(projection.scale, is_tent=projection.is_bilinear)}

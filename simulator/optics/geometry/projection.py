@@ -54,8 +54,8 @@ class Projection:
     cuts_pixels: whether pixels as wide as photosites, which lie between them, are even squares as those of a finer scene are.
     is_bilinear: whether photosites are means of light between the centres of pixels: those of a coarser scene, or of as many
         behind a distortion.
-    footprint: squares over which `project`, and `project_planes` with a sample per photosite, average bilinear light; nothing
-        displaces it then. None: the photosite, or its sample.
+    footprint: squares over which `project`, and samples of `project_planes`, average light; nothing displaces it then. None:
+        the photosite, or its sample.
     """
 
     scale: float
@@ -80,7 +80,7 @@ class Projection:
     @property
     def fits_footprint(self) -> bool:
         """Whether light may be averaged over squares of a footprint."""
-        return self.is_bilinear and not self.is_displaced
+        return (self.is_bilinear or self.has_square_pixels) and not self.is_displaced
 
     @property
     def is_displaced(self) -> bool:
@@ -348,7 +348,7 @@ def project_planes(
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
     the first on; None: all.
     """
-    if projection.footprint is not None and layout.over == 1:
+    if projection.footprint is not None:
         footprint = projection.footprint
         project_footprint_planes(device, projection, footprint, planes, count, sampled, first_plane, layout, origin)
         return

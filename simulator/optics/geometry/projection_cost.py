@@ -14,6 +14,7 @@ COST_NS = {
     "pixel samples": 1.2,  # for each sample within one pixel
     "square samples": 0.6,  # for each upright sample that even squares of the scene cross
     "square reads": 0.45,  # for each scene pixel that it may touch
+    "footprint reads": 0.25,  # for each pixel that a sample over several squares, or a row of the scene at its column, reads
     "leaning samples": 3.0,  # for each sample that is a parallelogram
     "leaning reads": 0.8,  # for each scene pixel that it may touch
 }
@@ -21,6 +22,9 @@ COST_NS = {
 
 def projection_work(projection: Projection, over: int, samples: float) -> dict[str, float]:
     """Return the work of so many samples of all planes, counts by key of COST_NS; `over` samples per photosite and axis."""
+    if projection.footprint is not None:
+        reads = projection.footprint.reads(projection.scale, is_tent=projection.is_bilinear)
+        return {"footprint reads": samples * reads * (1.0 + projection.scale / over)}
     leans = projection.has_leaning(over)
     taps = projection.taps(1.0 / over, leans)
     if projection.copies_pixels(over):

@@ -21,7 +21,7 @@ def gathered_work(optics: OpticsPlan, psf: FieldPsf) -> Work:
     else:
         found["copies"] = samples * optics.channels
         projected = samples * layers * planes * bool(psf.corrected_px)
-    return found | projection_work(optics.projection, psf.over, projected)
+    return found | projection_work(psf.sampled(optics.projection), psf.over, projected)
 
 
 def transformed_work(optics: OpticsPlan, psf: FieldPsf) -> Work:
@@ -34,7 +34,7 @@ def transformed_work(optics: OpticsPlan, psf: FieldPsf) -> Work:
             return found
         pixels, each = _in_bands(optics, psf)
         found |= correction_work(psf, pixels)
-    return found | projection_work(optics.projection, psf.over, each * layers * planes)
+    return found | projection_work(psf.sampled(optics.projection), psf.over, each * layers * planes)
 
 
 def _in_bands(optics: OpticsPlan, psf: FieldPsf) -> tuple[int, float]:

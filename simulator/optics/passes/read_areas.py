@@ -26,6 +26,8 @@ def read_areas(optics: OpticsPlan, tiles: TilePlan | None) -> list[tuple[Project
         window = bound_tiles(split_into_tiles(psf.x_px, psf.y_px, (height, width)), psf.reach_px, optics.window)
         if psf.corrected_px:
             areas.append((optics.projection, read_by_bands(optics.window, psf.gather_reach_px, psf.over)))
+    if psf is not None:
+        window = _grown(window, psf.sample_reach_px)
     return [*areas, (optics.projection, window)]
 
 

@@ -62,7 +62,7 @@ class FieldPsf:
         scene, whose kernels nothing cuts at half a cycle and none is negative; else they are means of light that is smooth
         between them.
     skew: of the lens's spots, as of `Pupil.skew`.
-    footprint: of samples, one per photosite, that hold filter and open area (`Sampling.phases`); None: each is its own square.
+    footprint: of samples that hold filter and open area (`Sampling.phases`); None: each is its own square.
     field_steps: from the axis to the corner, at which kernels that turn with the field are computed.
     field_error: predicted error of the light between nodes, as a share of the brightest.
     """
@@ -208,7 +208,15 @@ class FieldPsf:
     @property
     def sample_reach_px(self) -> int:
         """Photosites to either side from which a sample has light."""
-        return 0 if self.footprint is None else math.ceil(self.footprint.reach_px - 0.5)
+        return 0 if self.footprint is None else math.ceil(self.footprint.reach_px - 0.5 / self.over)
+
+    @property
+    def sample_spread(self) -> np.ndarray | None:
+        """Shares of light along an axis that samples of a footprint have of what lies in the part of one; None: it has all."""
+        if self.footprint is None:
+            return None
+        reach = math.ceil(self.over * self.footprint.reach_px)
+        return self.footprint.of_pixel(np.arange(-reach, reach + 1) / self.over, 1.0 / self.over, is_tent=False)
 
     def sampled(self, projection: Projection) -> Projection:
         """Return the resampling of a scene by the samples that kernels are applied to."""
@@ -226,9 +234,9 @@ class FieldPsf:
     def has_ringing(self, slab: int, channel: int) -> bool:
         """Whether the negative values of a kernel exceed RINGING of its light, where highlights have a limit.
 
-        In smooth light those count that a scene pixel shows.
+        In smooth light those count that a scene pixel shows. Those for samples of a footprint give back what these have less.
         """
-        if not self.highlight_limits:
+        if not self.highlight_limits or self.footprint is not None:
             return False
         kernel = self.kernel(slab, channel, False, self.nodes[0] // 2, self.nodes[1] // 2)
         if self.seen is not None and self.seen.is_smooth:

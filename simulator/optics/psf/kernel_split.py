@@ -6,6 +6,7 @@ row and a column of it that reach farther, since kernels that are cut at half a 
 left differs from photosite to photosite of a cell, and is the error.
 """
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -80,22 +81,26 @@ def split_kernel(
     arm_px: int = 0,
     cell_px: int = 0,
     error_of: Callable[[np.ndarray], float] = visible_error,
+    spread: np.ndarray | None = None,
 ) -> SplitKernel:
     """Split a gather table into a core of core_px photosites to either side, arms of arm_px, and a tail of all it reaches.
 
     table: (over * size, over * size) of `gather_table`, size odd. arm_px: with one sample per photosite; up to core_px: none.
     cell_px: photosites across the tail's cells; 0: no tail, and the light beyond goes to the photosite itself.
-    error_of: what a difference of kernels (size, size) shows, as a share of the brightest light.
+    error_of: what a difference of kernels (size, size) shows, as a share of the brightest light. spread: shares of light along
+    an axis, (odd,), that the samples around one have of what lies in its part of a photosite; None: it has that alone.
     """
     half = len(table) // over // 2
     if core_px >= half:
         return SplitKernel(table, None, None, 0.0)
     photosites = table.reshape(2 * half + 1, over, 2 * half + 1, over)
     if cell_px:
-        tail, spread = fit_tail(photosites.sum(axis=(1, 3)), core_px, cell_px)
+        lit = None if spread is None else _lit_samples(2 * half + 1, over, tuple(spread.tolist()))
+        seen = photosites.sum(axis=(1, 3)) if lit is None else lit @ table @ lit.T
+        tail, by_tail = fit_tail(seen, core_px, cell_px)
     else:
-        tail, spread = None, np.zeros((1, 2 * half + 1, 2 * half + 1))
-    reach, average = spread.shape[-1] // 2, spread.mean(axis=0)
+        tail, by_tail = None, np.zeros((1, 2 * half + 1, 2 * half + 1))
+    reach, average = by_tail.shape[-1] // 2, by_tail.mean(axis=0)
     beyond = reach - half
     full = np.pad(photosites, ((beyond, beyond), (0, 0), (beyond, beyond), (0, 0)))
     rest = full - average[:, None, :, None] / over**2
@@ -112,10 +117,28 @@ def split_kernel(
         left -= arms.sum()
     core = rest[near, :, near].copy()
     core[core_px, :, core_px] += (left - core.sum()) / over**2
-    taken[near, near] += core.sum(axis=(1, 3))
-    rests = whole - taken - spread
+    if spread is None:
+        taken[near, near] += core.sum(axis=(1, 3))
+        rests = whole - taken - by_tail
+    else:
+        full[near, :, near] -= core
+        full -= taken[:, None, :, None]  # arms, of one sample per photosite
+        lit = _lit_samples(len(whole), over, tuple(spread.tolist()))
+        lit_photosites = lit.reshape(len(whole), -1, over).sum(axis=-1) / over
+        rests = lit @ full.reshape(2 * [lit.shape[1]]) @ lit.T - lit_photosites @ by_tail @ lit_photosites.T
     taps = over * (2 * core_px + 1)
     return SplitKernel(core.reshape(taps, taps), arms, tail, max(map(error_of, rests)))
+
+
+@lru_cache(maxsize=8)
+def _lit_samples(count: int, over: int, spread: tuple[float, ...]) -> np.ndarray:
+    """Light that samples along an axis have of so many photosites that are lit one by one, (photosites, samples) float64."""
+    found, reach = np.zeros((count, count * over)), len(spread) // 2
+    for photosite, part, (away, share) in itertools.product(range(count), range(over), enumerate(spread)):
+        sample = photosite * over + part + away - reach
+        if 0 <= sample < count * over:
+            found[photosite, sample] += share
+    return found
 
 
 def fit_tail(kernel: np.ndarray, core_px: int, cell_px: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,20 +1,23 @@
 """Chooses the samples of light that a point spread function is applied to."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from simulator.optics.defocus.accuracy import RAY_ERROR, Accuracy
+from simulator.optics.geometry.footprint import Footprint
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.psf.bent_light import fit_footprint
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.sampled_light import fit_footprint
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 
 MOST_OVER = 4  # light samples per photosite and axis
 KERNEL_SHARE = 0.5  # of the allowed error, for bends within samples that kernels of a lens spread; cores have the rest
+MOST_SIDE_PX, MOST_READS = 3.0, 40  # of a footprint [photosites], and pixels of a scene that are read for it along an axis
 FOOTPRINT_SHARE = 0.8  # of the tolerance of the photograph, for the same of samples of a footprint
 
 
@@ -32,12 +35,12 @@ def choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, sc
 
 
 def has_squares(psf: FieldPsf, projection: Projection) -> bool:
-    """Whether samples of light are taken as even squares behind the optics of a lens: where they are those of the scene.
+    """Whether samples of light are even squares behind the optics of a lens: where they are those of the scene.
 
     Others are means over several of its pixels, those behind a blur have no edges, and a table in whole photosites does not
     tell what is finer.
     """
-    are_squares = projection.has_square_pixels and projection.whole_pixels((psf.over,)) == psf.over
+    are_squares = projection.has_square_pixels and projection.whole_pixels((psf.over,)) == psf.over and psf.footprint is None
     is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
     return are_squares and psf.by_distance and len(psf.radii_px) == 1 and not is_coarse
 
@@ -54,17 +57,23 @@ def with_samples(
 
     That is KERNEL_SHARE of it, and FOOTPRINT_SHARE of the tolerance of the photograph for samples of a footprint, beside which
     other approximations cost little; or the error of the reference's rays. Those with the least error where none do.
-    sampling_error: of `plan_visible_psf`. whole: that tolerance; None: samples have no footprint.
+    sampling_error: of `plan_visible_psf`. whole: that tolerance; None: samples have no footprint, but are squares or means.
     """
     rays = RAY_ERROR * accuracy.sigma
     most = min(psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER, MOST_OVER)
-    ways = [(replace(psf, over=over), KERNEL_SHARE * accuracy.allowed) for over in range(psf.over, max(psf.over, most) + 1)]
-    if whole is not None and projection.fits_footprint and most > 1:
-        one = replace(psf, over=1)
-        ways.insert(0, (replace(one, footprint=fit_footprint(one, channels)), FOOTPRINT_SHARE * whole * accuracy.sigma))
-    errors = []
-    for way, allowed in ways:
-        errors.append(sampling_error(way))
-        if errors[-1] <= max(allowed, rays):
+    fits = projection.fits_footprint and most > 1
+    fits = fits and Footprint(MOST_SIDE_PX).reads(projection.scale, is_tent=True) <= MOST_READS
+    found, least = psf, math.inf
+    for over in range(1 if whole is not None and fits else psf.over, max(psf.over, most) + 1):
+        way, allowed = replace(psf, over=over), KERNEL_SHARE * accuracy.allowed
+        if whole is not None and fits and not has_squares(way, projection):
+            if over % 2 == 0:  # an odd one lies in the middle of the photosite, in whose light what aliases has its own sign
+                continue
+            footprint = fit_footprint(way, channels, projection.scale, is_tent=projection.is_bilinear)
+            way, allowed = replace(way, footprint=footprint), FOOTPRINT_SHARE * whole * accuracy.sigma
+        error = sampling_error(way)
+        if error <= max(allowed, rays):
             return way
-    return ways[int(np.argmin(errors))][0]
+        if error < least:
+            found, least = way, error
+    return found

@@ -82,8 +82,8 @@ class Sampling:
         photosites; the signal is the sum over phases of their convolutions. All phases together have the sum of `cells`.
         cells: light of a point in each of odd x odd cells, per_photosite (odd) to a photosite and axis.
         band_limited: whether the cells are integrals of a function that is band-limited to their grid.
-        footprint: of one sample per photosite that holds filter and open area, whose squares beside them kernels undo; None: a
-            sample is the mean over its own square.
+        footprint: of samples that hold filter and open area, whose other squares kernels undo; None: a sample is the mean over
+            its own square.
         """
         matrices = _phase_matrices(self, len(cells), per_photosite, pitch_um, over, band_limited, footprint)
         columns = [down @ cells for down in matrices]
@@ -140,7 +140,7 @@ def _phase_matrices(
     transfer[[0, -1]] *= 0.5
     if band_limited:
         transfer /= np.sinc(cycles / per_photosite)
-    if sampling.fill_factor < 1.0 and over % 2 == 0:  # photosites lie between cells
+    if footprint is None and sampling.fill_factor < 1.0 and over % 2 == 0:  # photosites lie between cells
         last = np.clip((np.abs(cycles) / (0.5 * over) - 0.8) / 0.2, 0.0, 1.0)
         transfer *= 0.5 + 0.5 * np.cos(math.pi * last)
     into = np.exp(-2j * math.pi * np.outer(cycles, (np.arange(count) - count // 2) / per_photosite))

@@ -142,7 +142,8 @@ def plan_visible_psf(
         psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance, focus_px, most_airy=MOST_WALL_AIRY) or psf
     psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
     if psf.by_distance and len(psf.radii_px) == 1:  # the device has slabs of photosites only
-        psf = with_samples(psf, projection, accuracy, sampling_error, camera.channels, whole if is_at_rest else None)
+        fits = is_at_rest and (projection.is_bilinear or _has_one_surface(scene))  # layers of squares keep to these
+        psf = with_samples(psf, projection, accuracy, sampling_error, camera.channels, whole if fits else None)
     limits = () if _is_smooth(psf, defocus, accuracy) else highlight_thresholds(scene, weights)
     psf = replace(psf, highlight_limits=limits, even_squares=is_at_rest and has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
@@ -215,11 +216,15 @@ def _of_rest(accuracy: Accuracy, lamps: Lamps) -> Accuracy:
 
 def _find_lamps(psf: FieldPsf, scene: Scene, weights: np.ndarray, projection: Projection, accuracy: Accuracy) -> Lamps | None:
     """Lamps of one picture at rest behind kernels that hold detail finer than photosites; None: none are drawn."""
-    one_surface = len(scene.layers) == 1 and scene.coverage is None
     is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
-    if not one_surface or is_coarse or projection.is_displaced:
+    if not _has_one_surface(scene) or is_coarse or projection.is_displaced:
         return None
     return find_lamps(scene, weights, projection, psf.highlight_limits, accuracy.peak * accuracy.brightest)
+
+
+def _has_one_surface(scene: Scene) -> bool:
+    """Whether a scene is one opaque layer."""
+    return len(scene.layers) == 1 and scene.coverage is None
 
 
 def _has_layers(scene: Scene, defocus: Defocus | None) -> bool:
@@ -241,8 +246,8 @@ def _with_gather(
         seen = Visibility(accuracy.allowed, detail, accuracy.peak)
         found = plan_slabs(psf, replace(seen, has_layers=True)) if _has_layers(scene, defocus) else psf
         return found if found.core is not None else plan_slabs(psf, seen)
-    one_surface = len(scene.layers) == 1 and scene.coverage is None
-    if not accuracy.tolerance or len(psf.radii_px) > 1 or not (one_surface or not psf.by_distance) or not fits_gather(psf):
+    is_alone = _has_one_surface(scene) or not psf.by_distance
+    if not accuracy.tolerance or len(psf.radii_px) > 1 or not is_alone or not fits_gather(psf):
         return psf
     seen = Visibility(accuracy.allowed, detail, accuracy.peak / max(scale, 1.0) ** 2)
     core = choose_core(psf, channels, seen)

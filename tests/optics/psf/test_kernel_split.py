@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import fftconvolve
+from scipy.signal import convolve2d, fftconvolve
 
 from simulator.optics.psf.kernel_split import split_kernel, visible_error
 
@@ -44,3 +44,15 @@ def test_the_predicted_error_is_that_of_squares_and_texture():
     squares = np.kron(rng.random((20, 20)) < 0.6, np.ones((20, 20)))
     errors = [np.quantile(np.abs(fftconvolve(one, rest, mode="valid")), 0.999) for one in (squares, rng.random((400, 400)))]
     assert 0.5 * visible_error(rest) < max(errors) < 1.1 * visible_error(rest)
+
+
+@pytest.mark.parametrize(("over", "half_px"), [(1, 24), (3, 22)])
+def test_what_is_left_counts_in_the_light_of_wide_samples(over, half_px):
+    """Ringing from sample to sample shows little where each has light of those beside it."""
+    spread, table = np.array([0.05, 0.25, 0.4, 0.25, 0.05]), ringing_kernel(half_px)
+    split, size = split_kernel(table, over, 3, spread=spread), len(table)
+    left = table - np.pad(split.core, (size - len(split.core)) // 2)
+    seen = convolve2d(left, np.outer(spread, spread), mode="same")
+    shown = seen.reshape(size // over, over, size // over, over).sum(axis=(1, 3))
+    assert split.error == pytest.approx(visible_error(shown), rel=1e-9)
+    assert split.error < split_kernel(table, over, 3).error

@@ -13,11 +13,12 @@ from helpers.scene_builders import band_scene
 
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.square_light import line_weights, shared_length
-from simulator.pipeline.planner import plan
+from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.camera_sections import Window
 
 PARTS, PITCH_UM = 20000, 5.0
-SIZE, BEYOND_PX = (72, 96), 100  # photosites, and how far the truth continues the border
+SIZE, UNEVEN, BEYOND_PX = (72, 96), (40, 80), 60  # photosites, and how far the truth continues the border
 AWAY_PX = np.linspace(-3.1, 3.1, 23)
 
 
@@ -48,22 +49,63 @@ def test_a_smooth_spot_spreads_the_pixel_that_photosites_share():
     assert found == pytest.approx(np.array(expected), abs=1e-5)
 
 
+def errors_of(shot: Shot, planes: np.ndarray, parts: int, pixel: int) -> tuple[np.ndarray, Plan]:
+    """Errors of photosites [sigma] of a shot of these squares at 2,000 e-, against its pupil, and the plan.
+
+    parts: of a photosite; pixel: of a pixel of the scene.
+    """
+    brightest_e = plan(shot).optics.accuracy.electrons
+    shot = dataclasses.replace(shot, exposure=dataclasses.replace(EXPOSURE, time_s=EXPOSURE.time_s * 2000.0 / brightest_e))
+    planned = plan(shot)
+    optics = planned.optics
+    per_light, read_e = optics.accuracy.electrons_per_radiance * optics.weights.max(), optics.accuracy.read_noise_e
+    truth = through_pupil(np.kron(planes, np.ones((pixel, pixel))), optics.psf, BEYOND_PX, parts)
+    return per_light * np.abs(moving_light(planned) - truth) / np.sqrt(per_light * truth + read_e**2), planned
+
+
+def random_squares(counts: tuple[int, int], side: int = 1) -> np.ndarray:
+    """Squares of so many pixels, 20:1."""
+    return np.kron(0.05 + 0.95 * (np.random.default_rng(2).random(counts) < 0.5), np.ones((side, side)))
+
+
 @pytest.mark.parametrize("f_number", [2.8, 8.0])
 @pytest.mark.parametrize(
     ("scale", "side", "interpolation"),
     [(0.5, 1, "nearest"), (1.0, 1, "nearest"), (1.5, 4, "bilinear"), (2.0, 3, "bilinear"), (4.0, 8, "bilinear")],
 )
 def test_squares_behind_a_pupil_are_as_exact_as_is_told(scale, side, interpolation, f_number):
-    """Random squares, 20:1 at 2,000 e-; kernels that end at half a cycle of their samples leave 0.5 to 10 sigma."""
-    counts = [round(size * scale / side) for size in SIZE]
-    planes = np.kron(0.05 + 0.95 * (np.random.default_rng(2).random(counts) < 0.5), np.ones((side, side)))
+    """Random squares; kernels that end at half a cycle of their samples leave 0.5 to 10 sigma."""
+    planes, parts = random_squares([round(size * scale / side) for size in SIZE], side), 9 if scale == 1.5 else 8
     through = dataclasses.replace(lens(f_number), diffraction=True)
     shot = Shot(band_scene(planes, math.inf, interpolation=interpolation), through, EXPOSURE, green_camera(*SIZE[::-1]))
-    brightest_e = plan(shot).optics.accuracy.electrons
-    shot = dataclasses.replace(shot, exposure=dataclasses.replace(EXPOSURE, time_s=EXPOSURE.time_s * 2000.0 / brightest_e))
-    planned = plan(shot)
-    optics, parts = planned.optics, 9 if scale == 1.5 else 8
-    per_light, read_e = optics.accuracy.electrons_per_radiance * optics.weights.max(), optics.accuracy.read_noise_e
-    truth = through_pupil(np.kron(planes, np.ones(2 * [round(parts / scale)])), optics.psf, BEYOND_PX, parts)
-    error = per_light * np.abs(moving_light(planned) - truth) / np.sqrt(per_light * truth + read_e**2)
+    error, planned = errors_of(shot, planes, parts, round(parts / scale))
     assert np.quantile(error, 0.99) < planned.error_budget.predicted_sigma < 0.1
+
+
+@pytest.mark.parametrize(
+    ("parts", "pixel", "f_number", "aperture"),
+    [
+        *((*sides, f_number, {}) for sides in [(10, 8), (14, 10), (15, 6), (12, 2), (14, 20)] for f_number in (2.8, 8.0)),
+        *((14, 10, f_number, {}) for f_number in (1.8, 5.6, 16.0)),
+        *((14, 10, 4.0, aperture) for aperture in ({"fill_factor": 0.5}, {"low_pass_um": 3.0})),
+    ],
+)
+def test_squares_that_no_samples_divide_are_as_exact_as_is_told(parts, pixel, f_number, aperture):
+    """Samples that are means over their own part of a photosite mix them: 0.3 to 2 sigma, of which 0.5 to 2 were told."""
+    scale = parts / pixel
+    through, camera = dataclasses.replace(lens(f_number), diffraction=True), green_camera(*UNEVEN[::-1])
+    planes = random_squares([round(size * scale) for size in UNEVEN])
+    scene = band_scene(planes, math.inf, interpolation="nearest" if scale < 1.0 else "bilinear")
+    shot = Shot(scene, through, EXPOSURE, dataclasses.replace(camera, **aperture))
+    error, planned = errors_of(shot, planes, parts, pixel)
+    assert np.quantile(error, 0.999) < min(planned.error_budget.predicted_sigma, 0.1)
+    assert planned.error_budget.predicted_sigma < 0.2
+
+
+def test_a_window_of_squares_has_the_bits_of_the_frame():
+    through, camera = dataclasses.replace(lens(4.0), diffraction=True), green_camera(*UNEVEN[::-1])
+    shot = Shot(band_scene(random_squares([56, 112]), math.inf), through, EXPOSURE, camera)
+    assert plan(shot).optics.psf.footprint is not None
+    whole, window = moving_light(plan(shot)), Window(30, 11, 40, 17)
+    part = moving_light(plan(dataclasses.replace(shot, camera=dataclasses.replace(camera, window=window))))
+    assert np.array_equal(part, whole[11:28, 30:70])

@@ -13,9 +13,9 @@ from scipy.ndimage import map_coordinates
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.optics_planning import plan_optics
-from simulator.optics.psf.bent_light import fit_footprint, kernel_bend_error
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.sampled_light import fit_footprint, kernel_bend_error
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.pupil.pupil import Pupil
 from simulator.pipeline.planner import plan
@@ -48,7 +48,7 @@ def test_kernels_over_samples_of_bilinear_light_keep_to_their_law(f_number, over
     """Random pixels through an Airy disk, spots and photosites by their spectra, against kernels on means over samples."""
     psf = psf_of(f_number, 1 if over == "footprint" else over, sampling)
     if over == "footprint":
-        psf, over = dataclasses.replace(psf, footprint=fit_footprint(psf, 1)), 1
+        psf, over = dataclasses.replace(psf, footprint=fit_footprint(psf, 1, scale, is_tent=True)), 1
     pixels = np.random.default_rng(8).random((round(SIZE * scale) + 1, round(SIZE * scale) + 1))
     parts = PARTS if over == 1 else 24
     places = scale * (np.arange(SIZE * parts) + 0.5) / parts - 0.5
@@ -95,7 +95,7 @@ def test_a_lens_in_focus_samples_coarse_light_as_finely_as_its_bends_ask():
 def test_a_footprint_leaves_a_third_of_what_whole_photosites_leave(f_number):
     """As little as samples of a third to a quarter of a photosite do."""
     whole = psf_of(f_number, 1)
-    own = dataclasses.replace(whole, footprint=fit_footprint(whole, 1))
+    own = dataclasses.replace(whole, footprint=fit_footprint(whole, 1, 0.45, is_tent=True))
     assert kernel_bend_error(own, 0.45, 1) < kernel_bend_error(whole, 0.45, 1) / 3.0
 
 
