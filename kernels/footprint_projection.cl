@@ -5,8 +5,8 @@
 // planes:  (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
 // across:  (channels, COLUMN_SETS, scene_rows, set_columns) float32, scene rows from first_row on, samples in interleaved columns.
 // column_starts, row_starts: first pixel that a column or a row of samples reads; all lie in the rows of `across` or beyond the grid.
-// column_shares: (READS, COLUMN_SETS set_columns) float32, row_shares: (READS, rows) float32: shares of the pixels from it on, with the
-// sum 1.
+// column_shares: (channels, READS, COLUMN_SETS set_columns) float32, row_shares: (channels, READS, rows) float32: shares of the pixels
+// from it on, with the sum 1.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
@@ -18,12 +18,13 @@ kernel void footprint_across(global const float *restrict planes, global float *
                              const uint first_row) {
     const size_t columns = get_global_size(0), set = get_global_id(2), column = COLUMN_SETS * get_global_id(0) + set % COLUMN_SETS;
     global const float *line = planes + (set / COLUMN_SETS * scene_height + first_row + get_global_id(1)) * scene_width;
+    global const float *shares = column_shares + set / COLUMN_SETS * (READS * COLUMN_SETS * columns) + column;
     const int start = column_starts[column];
     const float own = line[clamped(start + READS / 2, scene_width)];
     float more = 0.0f; // than `own`, so that even light stays even
     __attribute__((opencl_unroll_hint(READS)))
     for (int i = 0; i < READS; i++)
-        more += column_shares[COLUMN_SETS * columns * i + column] * (line[clamped(start + i, scene_width)] - own);
+        more += shares[COLUMN_SETS * columns * i] * (line[clamped(start + i, scene_width)] - own);
     across[row_start(set, get_global_id(1), get_global_size(1), columns) + get_global_id(0)] = own + more;
 }
 
@@ -32,12 +33,13 @@ INLINE float footprint_down(global const float *across, global const int *row_st
                             const size_t row, const size_t rows, const size_t column, const size_t columns, const uint scene_height,
                             const uint first_row, const uint scene_rows) {
     global const float *lines = across + row_start(set, 0, scene_rows, columns) + column;
+    global const float *shares = row_shares + set / COLUMN_SETS * (READS * rows) + row;
     const int start = row_starts[row];
     const float own = lines[columns * (size_t)(clamped(start + READS / 2, scene_height) - (int)first_row)];
     float more = 0.0f;
     __attribute__((opencl_unroll_hint(READS)))
     for (int j = 0; j < READS; j++)
-        more += row_shares[rows * j + row] * (lines[columns * (size_t)(clamped(start + j, scene_height) - (int)first_row)] - own);
+        more += shares[rows * j] * (lines[columns * (size_t)(clamped(start + j, scene_height) - (int)first_row)] - own);
     return own + more;
 }
 

@@ -124,7 +124,7 @@ def run_footprint(device: Device, inputs: Inputs) -> Outcome:
     begin = 4 + int(first * scale)
     line[begin : begin + len(light)] = light
     footprint, is_tent = Footprint(0.75, spots_px, 0.28, number(inputs, "share")), scale < 1.0
-    projection = Projection(scale, 4.3, 0.0, len(line), 4, 1, False, is_bilinear=is_tent, footprint=footprint)
+    projection = Projection(scale, 4.3, 0.0, len(line), 4, 1, False, is_bilinear=is_tent, footprints=(footprint,))
     planes, layout = device.upload(np.broadcast_to(line, (1, 4, len(line)))), InterleavedColumns(over, 2, 16)
     sampled = device.empty(layout.shape(1), np.float32)
     project_planes(device, projection, planes, 1, sampled, 0, layout, (first, 0))

@@ -212,7 +212,7 @@ def ignored_terms(planned: OpticsPlan, *, moves: bool = False) -> list[ErrorTerm
         scale=projection.scale,
         reads_pixels=planned.reads_pixels and not moves,
         is_bilinear=projection.is_bilinear,
-        open_side=projection.open_side if projection.footprint is None else projection.footprint.side_px,
+        open_side=projection.footprints[0].side_px if projection.footprints else projection.open_side,
     )
 
 

@@ -35,7 +35,7 @@ def with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFl
     path, each spot has an image of its own instead.
     """
     projection, camera = planned.projection, sensor.camera
-    if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprint is not None:
+    if projection.open_side < 1.0 or projection.low_pass_px > 0.0 or projection.footprints:
         return _without_kernels(planned, lens, sensor)  # the scene is integrated over the open area of each photosite
     found = _with_kernels(planned, lens, sensor, camera, floor, is_at_rest)
     if not camera.low_pass_um or found.defocus is None or found.psf is None or not found.psf.by_distance:
@@ -153,7 +153,7 @@ def _sends_layer_rays(planned: OpticsPlan, psf: FieldPsf) -> bool:
     """Whether rays add what kernels lack that spread each layer of a scene at rest: without lamps, and steps within a layer."""
     if planned.accuracy.tolerance or planned.accuracy.has_lamps or not _spreads_layers(planned, psf):
         return False
-    return psf.nodes == (1, 1) and psf.footprint is None and not planned.contrast.has_steps
+    return psf.nodes == (1, 1) and not psf.footprints and not planned.contrast.has_steps
 
 
 def _spread_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> float:
@@ -189,7 +189,7 @@ def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per
     projection = planned.projection
     if psf.by_distance and projection.is_bilinear:
         return kernel_bend_error(psf, projection.scale, planned.channels) * _bends(planned, per_radiance)
-    are_whole = psf.footprint is None and projection.whole_pixels((psf.over,)) > 0
+    are_whole = not psf.footprints and projection.whole_pixels((psf.over,)) > 0
     if not psf.by_distance or not projection.has_square_pixels or are_whole:
         return 0.0
     scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)

@@ -186,7 +186,7 @@ def _plan_sensor_optics(
         planned = _with_rays_through_filter(planned, lens, sensor)
         planned = _with_filter_in_focus(planned, lens, sensor, is_at_rest=is_at_rest)
     is_whole = planned.projection.open_side == 1.0 and planned.projection.low_pass_px == 0.0  # nothing is averaged before
-    if is_whole and planned.projection.footprint is None and _is_even(planned.scene):
+    if is_whole and not planned.projection.footprints and _is_even(planned.scene):
         return replace(planned, psf_skipped=Skipped("the scene is the same everywhere"))
     from simulator.optics.kernel_planning import with_psf, with_wings  # not needed for an even scene
 
@@ -252,8 +252,8 @@ def _with_filter_in_focus(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, *
     if (planned.defocus is not None and not has_spots) or sampling == Sampling() or not is_ideal or _is_even(planned.scene):
         return planned
     if is_at_rest and projection.is_bilinear and projection.fits_footprint and planned.defocus is None:
-        footprint = sampling.footprint(camera.pixel_pitch_um)
-        return replace(planned, projection=replace(projection, footprint=footprint))
+        footprints = (sampling.footprint(camera.pixel_pitch_um),)
+        return replace(planned, projection=replace(projection, footprints=footprints))
     low_pass_px = camera.low_pass_um / camera.pixel_pitch_um
     projection = replace(projection, open_side=math.sqrt(camera.fill_factor), low_pass_px=low_pass_px)
     return replace(planned, projection=projection)

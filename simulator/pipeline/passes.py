@@ -165,7 +165,7 @@ def _projection(optics: OpticsPlan) -> Pass:
         reads = projection.taps(projection.open_side) ** 2
         method, cost = "exact mean over each photosite's area", _ms(pixels * reads, COST_NS["projection pixel"])
     else:
-        per_photosite = projection.samples**2 * COST_NS["projection"] if projection.footprint is None else COST_NS["footprint"]
+        per_photosite = projection.samples**2 * COST_NS["footprint" if projection.footprints else "projection"]
         area = "exact mean of bilinear light over each photosite's area" if projection.is_bilinear else "one scene pixel each"
         method, cost = area, _ms(pixels, per_photosite)
     return Pass("projection", True, method, pixels, 4 * pixels, cost_ms=cost)
@@ -359,7 +359,7 @@ def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> P
     ideal = "the lens is ideal and photosites are sensitive all over"
     if optics.projection.open_side < 1.0:
         ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
-    if optics.projection.footprint is not None:
+    if optics.projection.footprints:
         ideal = "the lens is ideal, and the scene is averaged over what photosites see through the low-pass filter"
     why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
     return Pass("point spread function", False, why, error_sigma=error_of(budget, PSF))

@@ -141,7 +141,7 @@ def take_coarse() -> None:
     for shape, lens, own in shots:
         shot = Shot(band_scene(rng.random((*shape, own.channels)), 2.0), lens, Exposure(0.001), own)
         optics = plan(shot).optics
-        assert optics.projection.footprint is not None or (optics.psf is not None and optics.psf.footprint is not None)
+        assert optics.projection.footprints or (optics.psf is not None and optics.psf.footprints)
         take_with_truth(shot)
     print("done", devices()[0].name)
 

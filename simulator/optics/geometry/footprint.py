@@ -7,6 +7,7 @@ A square more, and others beside them, give samples a transfer function that fal
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,10 +46,6 @@ class Footprint:
         beside = 1.0 - self.share * (1.0 - np.cos(2.0 * math.pi * self.beside_px * cycles))
         return np.asarray(np.sinc(self.blur_px * cycles) * beside)
 
-    def reads(self, scale: float, *, is_tent: bool) -> int:
-        """Scene pixels per axis that a sample reads, of so many pixels per photosite; is_tent: as of `of_pixel`."""
-        return math.floor(2.0 * self.reach_px * scale) + (3 if is_tent else 2)
-
     def of_pixel(self, away_px: np.ndarray, width_px: float, *, is_tent: bool) -> np.ndarray:
         """Mean light of samples so far from the middle of a pixel of light 1 along an axis [photosites], same shape.
 
@@ -60,17 +57,34 @@ class Footprint:
             found += share * width_px * _boxes(away_px + place, sides)
         return found
 
-    def pixel_shares(
-        self, scale: float, offset_px: float, over: int, first: int, count: int, *, is_tent: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Pixels of a scene in samples from `first` on along an axis: the first that each reads, and the shares of `reads`.
 
-        offset_px: scene position of the sensor's border. over: samples per photosite. (count,) int32, (reads, count) float32.
-        """
-        middle = offset_px + scale * ((np.arange(first, first + count) + 0.5) / over) - 0.5  # in centres of pixels
-        start = np.floor(middle - scale * self.reach_px + (0.0 if is_tent else 0.5))
-        away = (middle - start - np.arange(self.reads(scale, is_tent=is_tent))[:, None]) / scale
-        return start.astype(np.int32), self.of_pixel(away, 1.0 / scale, is_tent=is_tent).astype(np.float32)
+def footprint_of(footprints: tuple[Footprint, ...], channel: int) -> Footprint | None:
+    """Return that of a channel; one is that of all; None: there are none."""
+    return footprints[min(channel, len(footprints) - 1)] if footprints else None
+
+
+def pixels_read(reach_px: float, scale: float, *, is_tent: bool) -> int:
+    """Scene pixels per axis that a sample reads, of so many pixels per photosite; is_tent: as of `Footprint.of_pixel`.
+
+    reach_px: of the largest footprint [photosites].
+    """
+    return math.floor(2.0 * reach_px * scale) + (3 if is_tent else 2)
+
+
+def pixel_shares(
+    footprints: Sequence[Footprint], scale: float, offset_px: float, over: int, first: int, count: int, *, is_tent: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels of a scene in samples from `first` on along an axis: the first that each reads, and the shares of all.
+
+    footprints: of each channel. offset_px: scene position of the sensor's border. over: samples per photosite.
+    (count,) int32, (channels, pixels read, count) float32.
+    """
+    reach_px = max(one.reach_px for one in footprints)
+    middle = offset_px + scale * ((np.arange(first, first + count) + 0.5) / over) - 0.5  # in centres of pixels
+    start = np.floor(middle - scale * reach_px + (0.0 if is_tent else 0.5))
+    away = (middle - start - np.arange(pixels_read(reach_px, scale, is_tent=is_tent))[:, None]) / scale
+    found = {one: one.of_pixel(away, 1.0 / scale, is_tent=is_tent).astype(np.float32) for one in set(footprints)}
+    return start.astype(np.int32), np.stack([found[one] for one in footprints])
 
 
 def _boxes(x: np.ndarray, sides: list[float]) -> np.ndarray:

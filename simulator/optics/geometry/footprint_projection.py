@@ -1,17 +1,19 @@
 """Projects a scene onto samples of light that average it over several squares (kernels/footprint_projection.cl)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.footprint import Footprint, pixel_shares
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 FILE = "footprint_projection.cl"
+ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 BAND_ROWS = 256  # photosites whose scene rows are read across at a time
 
 
@@ -54,7 +56,7 @@ class _AcrossLines:
     """Scene rows that rows of samples read, read across at the columns of samples.
 
     lines: (channels, column sets, scene_rows, set columns) float32, from scene row first_row on. starts, shares: of rows of
-    samples.
+    samples. defines: macros of the kernels.
     """
 
     lines: Buffer
@@ -62,6 +64,7 @@ class _AcrossLines:
     scene_rows: int
     starts: Buffer
     shares: Buffer
+    defines: dict[str, object]
 
     def arguments(self, projection: SceneGrid) -> dict[str, object]:
         """Arguments that the kernels which read down have in common."""
@@ -76,15 +79,23 @@ class _AcrossLines:
 
 
 def project_footprint(
-    device: Device, projection: SceneGrid, footprint: Footprint, cfa: Cfa, window: Window, planes: Buffer, mosaic: Buffer
+    device: Device,
+    projection: SceneGrid,
+    footprints: Sequence[Footprint],
+    cfa: Cfa,
+    window: Window,
+    planes: Buffer,
+    mosaic: Buffer,
 ) -> None:
-    """Enqueue the sharp image of one surface in each photosite's own colour. mosaic: (height, width) float32 of a window."""
-    channels, defines = 1 + max(cfa.colors), {**cfa.macros(window.x, window.y), **_defines(projection, footprint, 1)}
-    kernel = device.kernel("footprint_mosaic", defines, file=FILE)
+    """Enqueue the sharp image of one surface in each photosite's own colour. mosaic: (height, width) float32 of a window.
+
+    footprints: of each channel.
+    """
     for first in range(0, window.height, BAND_ROWS):
         rows = min(BAND_ROWS, window.height - first)
         layout = InterleavedColumns.holding(1, rows, window.width)
-        band = _read_across(device, projection, footprint, planes, channels, layout, (window.x, window.y + first), rows)
+        band = _read_across(device, projection, footprints, planes, layout, (window.x, window.y + first), rows)
+        kernel = device.kernel("footprint_mosaic", {**cfa.macros(window.x, window.y), **band.defines}, file=FILE)
         size, settings = (layout.set_columns, rows, 2), {"mosaic_row": first, "width": window.width}
         device.run(kernel, size, None, mosaic=mosaic, **settings, **band.arguments(projection))
 
@@ -92,20 +103,20 @@ def project_footprint(
 def project_footprint_planes(
     device: Device,
     projection: SceneGrid,
-    footprint: Footprint,
+    footprints: Sequence[Footprint],
     planes: Buffer,
-    count: int,
     sampled: Buffer,
     first_plane: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
 ) -> None:
-    """Enqueue the projection of all channels onto the samples of a layout; arguments as of `project_planes`."""
-    columns, height, sets = layout.work_size(count)
-    band = _read_across(device, projection, footprint, planes, count, layout, origin, height)
-    kernel = device.kernel(
-        "footprint_planes", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint, layout.over)}, file=FILE
-    )
+    """Enqueue the projection of all channels onto the samples of a layout; arguments as of `project_planes`.
+
+    footprints: of each channel.
+    """
+    columns, height, sets = layout.work_size(len(footprints))
+    band = _read_across(device, projection, footprints, planes, layout, origin, height)
+    kernel = device.kernel("footprint_planes", {**ANY_CFA, **band.defines}, file=FILE)
     size, written = (columns, height, sets), {"sampled": sampled, "first_plane": first_plane}
     device.run(kernel, size, None, **written, **band.arguments(projection))
 
@@ -113,9 +124,8 @@ def project_footprint_planes(
 def _read_across(
     device: Device,
     projection: SceneGrid,
-    footprint: Footprint,
+    footprints: Sequence[Footprint],
     planes: Buffer,
-    count: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
     rows: int,
@@ -126,16 +136,13 @@ def _read_across(
         (projection.offset_x, over, over * origin[0], layout.column_sets * layout.set_columns),
         (projection.offset_y, over, over * origin[1], rows),
     )
-    (columns, shares), (starts, down) = (footprint.pixel_shares(projection.scale, *axis, is_tent=is_tent) for axis in places)
-    last = projection.scene_height - 1
-    first_row, last_row = (int(np.clip(row, 0, last)) for row in (starts[0], starts[-1] + len(down) - 1))
-    scene_rows, sets = last_row - first_row + 1, layout.column_sets * count
-    lines = device.empty((sets, scene_rows, layout.set_columns), np.float32)
-    kernel = device.kernel(
-        "footprint_across", {**Cfa.uniform(0).macros(0, 0), **_defines(projection, footprint, layout.over)}, file=FILE
-    )
+    (columns, shares), (starts, down) = (pixel_shares(footprints, projection.scale, *axis, is_tent=is_tent) for axis in places)
+    last, reads = projection.scene_height - 1, down.shape[1]
+    first_row, last_row = (int(np.clip(row, 0, last)) for row in (starts[0], starts[-1] + reads - 1))
+    scene_rows, sets = last_row - first_row + 1, layout.column_sets * len(footprints)
+    lines, defines = device.empty((sets, scene_rows, layout.set_columns), np.float32), {"OVER": over, "READS": reads}
     device.run(
-        kernel,
+        device.kernel("footprint_across", {**ANY_CFA, **defines}, file=FILE),
         (layout.set_columns, scene_rows, sets),
         None,
         planes=planes,
@@ -146,8 +153,4 @@ def _read_across(
         scene_height=projection.scene_height,
         first_row=first_row,
     )
-    return _AcrossLines(lines, first_row, scene_rows, device.upload(starts), device.upload(down))
-
-
-def _defines(projection: SceneGrid, footprint: Footprint, over: int) -> dict[str, object]:
-    return {"OVER": over, "READS": footprint.reads(projection.scale, is_tent=projection.is_bilinear)}
+    return _AcrossLines(lines, first_row, scene_rows, device.upload(starts), device.upload(down), defines)

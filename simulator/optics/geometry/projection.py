@@ -9,7 +9,7 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.errors import PhotositeError
-from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.footprint import Footprint, footprint_of
 from simulator.optics.geometry.footprint_projection import project_footprint, project_footprint_planes
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.lens.distortion import Warp, plan_warp
@@ -54,8 +54,8 @@ class Projection:
     cuts_pixels: whether pixels as wide as photosites, which lie between them, are even squares as those of a finer scene are.
     is_bilinear: whether photosites are means of light between the centres of pixels: those of a coarser scene, or of as many
         behind a distortion.
-    footprint: squares over which `project`, and samples of `project_planes`, average light; nothing displaces it then. None:
-        the photosite, or its sample.
+    footprints: squares over which `project`, and samples of `project_planes`, average light of each channel, or of all; nothing
+        displaces it then. None: the photosite, or its sample.
     """
 
     scale: float
@@ -73,7 +73,7 @@ class Projection:
     pose: tuple[float, ...] | None = None
     is_bilinear: bool = False
     low_pass_px: float = 0.0
-    footprint: Footprint | None = None
+    footprints: tuple[Footprint, ...] = ()
     leans: bool = True
     cuts_pixels: bool = False
 
@@ -81,6 +81,10 @@ class Projection:
     def fits_footprint(self) -> bool:
         """Whether light may be averaged over squares of a footprint."""
         return (self.is_bilinear or self.has_square_pixels) and not self.is_displaced
+
+    def each_footprint(self, count: int) -> list[Footprint]:
+        """Footprint of each of so many planes."""
+        return [one for plane in range(count) if (one := footprint_of(self.footprints, plane)) is not None]
 
     @property
     def is_displaced(self) -> bool:
@@ -165,7 +169,7 @@ class Projection:
     def copies_pixels(self, over: int) -> bool:
         """Whether samples, `over` per photosite and axis, are pixels of the scene, one after the other."""
         is_whole = self.scale == 1.0 and self.offset_x == round(self.offset_x) and self.offset_y == round(self.offset_y)
-        return over == 1 and is_whole and self.reads_pixels and self.footprint is None and not self.nearest
+        return over == 1 and is_whole and self.reads_pixels and not self.footprints and not self.nearest
 
     def copied_from(self, origin_x: int, origin_y: int) -> dict[str, int]:
         """Scalar arguments of kernels/pixel_planes.cl for an output whose first photosite is this one of the sensor."""
@@ -307,8 +311,8 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     planes: device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]. window: photosites to compute.
     """
     mosaic = device.empty((window.height, window.width), np.float32)
-    if projection.footprint is not None:
-        project_footprint(device, projection, projection.footprint, cfa, window, planes, mosaic)
+    if projection.footprints:
+        project_footprint(device, projection, projection.each_footprint(1 + max(cfa.colors)), cfa, window, planes, mosaic)
         return mosaic
     defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
     arguments = {
@@ -348,9 +352,9 @@ def project_planes(
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
     the first on; None: all.
     """
-    if projection.footprint is not None:
-        footprint = projection.footprint
-        project_footprint_planes(device, projection, footprint, planes, count, sampled, first_plane, layout, origin)
+    if projection.footprints:
+        footprints = projection.each_footprint(count)
+        project_footprint_planes(device, projection, footprints, planes, sampled, first_plane, layout, origin)
         return
     span, settings = _span(device, layout), projection.arguments(*origin)
     if projection.copies_pixels(layout.over):

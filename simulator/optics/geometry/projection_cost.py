@@ -3,6 +3,7 @@
 The nanoseconds are processor time of all cores over two, of the reference machine of `simulator.pipeline.passes`.
 """
 
+from simulator.optics.geometry.footprint import pixels_read
 from simulator.optics.geometry.projection import Projection
 
 COST_NS = {
@@ -22,8 +23,9 @@ COST_NS = {
 
 def projection_work(projection: Projection, over: int, samples: float) -> dict[str, float]:
     """Return the work of so many samples of all planes, counts by key of COST_NS; `over` samples per photosite and axis."""
-    if projection.footprint is not None:
-        reads = projection.footprint.reads(projection.scale, is_tent=projection.is_bilinear)
+    if projection.footprints:
+        reach_px = max(one.reach_px for one in projection.footprints)
+        reads = pixels_read(reach_px, projection.scale, is_tent=projection.is_bilinear)
         return {"footprint reads": samples * reads * (1.0 + projection.scale / over)}
     leans = projection.has_leaning(over)
     taps = projection.taps(1.0 / over, leans)

@@ -13,7 +13,7 @@ from typing import Self
 
 import numpy as np
 
-from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.footprint import Footprint, footprint_of
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.perspective import AIRY_ZERO
 from simulator.optics.lens.wavefront import Aberrations
@@ -62,7 +62,8 @@ class FieldPsf:
         scene, whose kernels nothing cuts at half a cycle and none is negative; else they are means of light that is smooth
         between them.
     skew: of the lens's spots, as of `Pupil.skew`.
-    footprint: of samples that hold filter and open area (`Sampling.phases`); None: each is its own square.
+    footprints: of samples of each channel, or of all, that hold filter and open area (`Sampling.phases`); none: each is its own
+        square.
     field_steps: from the axis to the corner, at which kernels that turn with the field are computed.
     field_error: predicted error of the light between nodes, as a share of the brightest.
     """
@@ -82,7 +83,7 @@ class FieldPsf:
     seen: Visibility | None = None
     even_squares: bool = False
     skew: tuple[float, float] = UPRIGHT
-    footprint: Footprint | None = None
+    footprints: tuple[Footprint, ...] = ()
     field_steps: int = FIELD_STEPS
     field_error: float = 0.0
 
@@ -103,7 +104,7 @@ class FieldPsf:
             bool(self.highlight_limits),
             self.even_squares,
             self.skew,
-            self.footprint,
+            self.footprints,
             self.field_steps,
         )
         return lens, repr(self.pupil), self.sampling, *places
@@ -143,7 +144,7 @@ class FieldPsf:
         assert isinstance(self.lens_psf, WavefrontPsf)  # others know no wave optics
         found = []
         for lens in (_fit_kernel(self.lens_psf, radius_px, 1), self._far_psf(self.lens_psf, radius_px)):
-            one = replace(self.of_one_radius(radius_px), over=1, even_squares=False, footprint=None)
+            one = replace(self.of_one_radius(radius_px), over=1, even_squares=False, footprints=())
             one._slab_psfs[0] = lens
             found.append(one.computed_kernel(0, channel, (0.0, 0.0)))
         size = max(map(len, found))
@@ -181,7 +182,7 @@ class FieldPsf:
         The kernel is cut where such a tail ends.
         """
         focus = self.fit_kernel(0.0)
-        most_px = farthest_tail_px(cell_px) - self.sampling.margin_px(self.pitch_um, self.footprint)
+        most_px = farthest_tail_px(cell_px) - self.sampling.margin_px(self.pitch_um, footprint_of(self.footprints, 0))
         return replace(focus, size_px=min(focus.size_px, 2 * most_px + 1))
 
     @cached_property
@@ -203,24 +204,24 @@ class FieldPsf:
 
     def _with_margin(self, size_px: int) -> int:
         """Half width of a kernel of so many photosites, with the margin of its samples [photosites]."""
-        return size_px // 2 + self.sampling.margin_px(self.pitch_um, self.footprint)
+        return size_px // 2 + self.sampling.margin_px(self.pitch_um, footprint_of(self.footprints, 0))
 
     @property
     def sample_reach_px(self) -> int:
         """Photosites to either side from which a sample has light."""
-        return 0 if self.footprint is None else math.ceil(self.footprint.reach_px - 0.5 / self.over)
+        return max((math.ceil(one.reach_px - 0.5 / self.over) for one in self.footprints), default=0)
 
-    @property
-    def sample_spread(self) -> np.ndarray | None:
+    def sample_spread(self, channel: int) -> np.ndarray | None:
         """Shares of light along an axis that samples of a footprint have of what lies in the part of one; None: it has all."""
-        if self.footprint is None:
+        footprint = footprint_of(self.footprints, channel)
+        if footprint is None:
             return None
-        reach = math.ceil(self.over * self.footprint.reach_px)
-        return self.footprint.of_pixel(np.arange(-reach, reach + 1) / self.over, 1.0 / self.over, is_tent=False)
+        reach = math.ceil(self.over * footprint.reach_px)
+        return footprint.of_pixel(np.arange(-reach, reach + 1) / self.over, 1.0 / self.over, is_tent=False)
 
     def sampled(self, projection: Projection) -> Projection:
         """Return the resampling of a scene by the samples that kernels are applied to."""
-        return projection if self.footprint is None else replace(projection, footprint=self.footprint)
+        return replace(projection, footprints=self.footprints) if self.footprints else projection
 
     def is_continuous(self, slab: int) -> bool:
         """Whether a slab and the one before it are adjacent in blur radius, so that they may be one surface."""
@@ -236,7 +237,7 @@ class FieldPsf:
 
         In smooth light those count that a scene pixel shows. Those for samples of a footprint give back what these have less.
         """
-        if not self.highlight_limits or self.footprint is not None:
+        if not self.highlight_limits or self.footprints:
             return False
         kernel = self.kernel(slab, channel, False, self.nodes[0] // 2, self.nodes[1] // 2)
         if self.seen is not None and self.seen.is_smooth:
@@ -296,14 +297,15 @@ class FieldPsf:
             cells, per_photosite = self.point_cells(channel, *node)
         else:
             cells, per_photosite = self._node_cells(slab, channel, node)
-        return self._sampled(cells, per_photosite)
+        return self._sampled(cells, per_photosite, channel)
 
-    def _sampled(self, cells: np.ndarray, per_photosite: int) -> np.ndarray:
+    def _sampled(self, cells: np.ndarray, per_photosite: int, channel: int) -> np.ndarray:
         """`Sampling.phases` of the light of a point in cells, or the same of even squares."""
         if self.even_squares:
             return square_phases(self.sampling, self.pitch_um, cells, per_photosite, self.over)
         band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
-        return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited, self.footprint)
+        footprint = footprint_of(self.footprints, channel)
+        return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited, footprint)
 
     def field_xy(self, row: int, column: int) -> tuple[float, float]:
         """Place of a node over the sensor's half diagonal, x to the right and y down from its middle."""
@@ -323,7 +325,7 @@ class FieldPsf:
         cells = lens.cell_kernel(channel, self.radii_px[slab], field_xy)
         cells = cells if isinstance(lens, PsfTable) else cells / cells.sum()
         cells = cells if self.skew == UPRIGHT else skew_kernel(cells, self.skew)
-        return self._sampled(cells, lens.cells).sum(axis=0)
+        return self._sampled(cells, lens.cells, channel).sum(axis=0)
 
     def _cells(self, slab: int, channel: int, field_xy: tuple[float, float]) -> tuple[np.ndarray, int]:
         """Light of a point in each cell, and cells per photosite."""

@@ -117,13 +117,16 @@ def choose_core(psf: FieldPsf, channels: int, seen: Visibility) -> Core | None:
 def _chosen(of: "_Keyed", channels: int, seen: Visibility) -> Core | None:
     psf, found, allowed = of.psf, None, seen.allowed_dark if seen.is_smooth else CORE_SHARE * seen.allowed
     places = {(psf.nodes[0] // 2, psf.nodes[1] // 2), (0, 0)}
-    tables = [gather_table(psf.kernel(0, channel, False, *place)) for place in places for channel in range(channels)]
-    least, spread = math.inf, psf.sample_spread
+    tables = [
+        (gather_table(psf.kernel(0, channel, False, *place)), psf.sample_spread(channel))
+        for place, channel in itertools.product(places, range(channels))
+    ]
+    least = math.inf
 
     def error_of(core_px: int, arm_px: int, cell_px: int) -> float:
         """Predicted error; inf where one of the tables has more than is allowed."""
         most = 0.0
-        for table in tables:
+        for table, spread in tables:
             most = max(most, split_kernel(table, psf.over, core_px, arm_px, cell_px, seen.error, spread).error)
             if most > allowed:
                 return math.inf
@@ -159,8 +162,11 @@ def make_gather_kernels(psf: FieldPsf, channels: int) -> list[GatherKernels]:
     assert psf.core is not None  # else it is convolved by transforms
     core, places = psf.core, list(itertools.product(*map(range, (*psf.nodes, channels))))
     tables = [_padded(psf.kernel(0, channel, False, *node), psf.reach_px, psf.over) for *node, channel in places]
-    parts_px, spread = (core.reach_px, core.arm_px, core.cell_px), psf.sample_spread
-    found = [split_kernel(table, psf.over, *parts_px, spread=spread) for table in tables]
+    parts_px, spreads = (core.reach_px, core.arm_px, core.cell_px), [psf.sample_spread(channel) for channel in range(channels)]
+    found = [
+        split_kernel(table, psf.over, *parts_px, spread=spreads[channel])
+        for table, (*_, channel) in zip(tables, places, strict=True)
+    ]
     grid = (*psf.nodes, channels)
     rings = any(psf.has_ringing(0, channel) for channel in range(channels))
     middle = np.array([one.core for one in found])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.optics.defocus.accuracy import RAY_ERROR, Accuracy
-from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.footprint import pixels_read
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.pixel_aperture import Sampling
@@ -40,7 +40,7 @@ def has_squares(psf: FieldPsf, projection: Projection) -> bool:
     Others are means over several of its pixels, those behind a blur have no edges, and a table in whole photosites does not
     tell what is finer.
     """
-    are_squares = projection.has_square_pixels and projection.whole_pixels((psf.over,)) == psf.over and psf.footprint is None
+    are_squares = projection.has_square_pixels and projection.whole_pixels((psf.over,)) == psf.over and not psf.footprints
     is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
     return are_squares and psf.by_distance and len(psf.radii_px) == 1 and not is_coarse
 
@@ -52,25 +52,29 @@ def with_samples(
     sampling_error: Callable[[FieldPsf], float],
     channels: int,
     whole: float | None,
+    *,
+    apart: bool,
 ) -> FieldPsf:
     """Return the PSF over the cheapest samples of the scene's light that keep their part of the allowed error.
 
     That is KERNEL_SHARE of it, and FOOTPRINT_SHARE of the tolerance of the photograph for samples of a footprint, beside which
     other approximations cost little; or the error of the reference's rays. Those with the least error where none do.
     sampling_error: of `plan_visible_psf`. whole: that tolerance; None: samples have no footprint, but are squares or means.
+    apart: whether each channel has a footprint of its own; coverage of layers has one for all.
     """
     rays = RAY_ERROR * accuracy.sigma
     most = min(psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER, MOST_OVER)
     fits = projection.fits_footprint and most > 1
-    fits = fits and Footprint(MOST_SIDE_PX).reads(projection.scale, is_tent=True) <= MOST_READS
+    fits = fits and pixels_read(0.5 * MOST_SIDE_PX, projection.scale, is_tent=True) <= MOST_READS
     found, least = psf, math.inf
     for over in range(1 if whole is not None and fits else psf.over, max(psf.over, most) + 1):
         way, allowed = replace(psf, over=over), KERNEL_SHARE * accuracy.allowed
         if whole is not None and fits and not has_squares(way, projection):
             if over % 2 == 0:  # an odd one lies in the middle of the photosite, in whose light what aliases has its own sign
                 continue
-            footprint = fit_footprint(way, channels, projection.scale, is_tent=projection.is_bilinear)
-            way, allowed = replace(way, footprint=footprint), FOOTPRINT_SHARE * whole * accuracy.sigma
+            which, is_tent = [[one] for one in range(channels)] if apart else [range(channels)], projection.is_bilinear
+            footprints = tuple(fit_footprint(way, own, projection.scale, is_tent=is_tent) for own in which)
+            way, allowed = replace(way, footprints=footprints), FOOTPRINT_SHARE * whole * accuracy.sigma
         error = sampling_error(way)
         if error <= max(allowed, rays):
             return way

@@ -104,7 +104,7 @@ def core_error(psf: FieldPsf, core: Core, channels: int, seen: Visibility) -> fl
     found = 0.0
     for node in {(psf.nodes[0] // 2, psf.nodes[1] // 2), (0, 0)}:
         for channel in range(channels):
-            table, over, spread = gather_table(psf.kernel(0, channel, False, *node)), psf.over, psf.sample_spread
+            table, over, spread = gather_table(psf.kernel(0, channel, False, *node)), psf.over, psf.sample_spread(channel)
             kernel = table.reshape(len(table) // over, over, -1, over).sum(axis=(1, 3))
             own = partial(seen.own_error, kernel=kernel)
             found = max(found, split_kernel(table, over, core.reach_px, core.arm_px, core.cell_px, own, spread).error)
@@ -178,8 +178,8 @@ def _sampled_image(psf: FieldPsf, spots: LampSpots, place: tuple[float, float]) 
 
 def _pixel_in_samples(psf: FieldPsf, away: np.ndarray, width: float, is_tent: bool) -> np.ndarray:
     """Mean light of samples so far from the middle of a pixel of light 1 along an axis, same shape [samples]."""
-    if psf.footprint is not None:
-        return psf.footprint.of_pixel(away / psf.over, width / psf.over, is_tent=is_tent)
+    if psf.footprints:
+        return psf.footprints[0].of_pixel(away / psf.over, width / psf.over, is_tent=is_tent)
     return shared_length(Sampling(), 1.0, away, width, is_tent=is_tent)
 
 

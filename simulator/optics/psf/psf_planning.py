@@ -143,7 +143,8 @@ def plan_visible_psf(
     psf = _at_own_distances(psf, camera, scene, defocus, projection, accuracy)
     if psf.by_distance and len(psf.radii_px) == 1:  # the device has slabs of photosites only
         fits = is_at_rest and (projection.is_bilinear or _has_one_surface(scene))  # layers of squares keep to these
-        psf = with_samples(psf, projection, accuracy, sampling_error, camera.channels, whole if fits else None)
+        part, is_alone = whole if fits else None, _has_one_surface(scene)
+        psf = with_samples(psf, projection, accuracy, sampling_error, camera.channels, part, apart=is_alone)
     limits = () if _is_smooth(psf, defocus, accuracy) else highlight_thresholds(scene, weights)
     psf = replace(psf, highlight_limits=limits, even_squares=is_at_rest and has_squares(psf, projection))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):

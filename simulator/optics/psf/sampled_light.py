@@ -10,13 +10,14 @@ so that it is exact where it falls as the transfer function of the lens does.
 """
 
 import functools
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from simulator.optics.geometry.footprint import Footprint
+from simulator.optics.geometry.footprint import Footprint, footprint_of
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
@@ -70,28 +71,31 @@ def _largest(of: _Keyed, scale: float, channels: int, is_tent: bool) -> float:
     psf = of.psf
     if psf.lens_psf is None or (isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1):
         is_plain = psf.lens_psf is None or psf.sampling == Sampling()
-        return 0.0 if is_plain else _seen(wave_errors(psf, scale, np.ones((1, 1)), POINT_CELLS, is_tent=is_tent), is_tent)
+        return 0.0 if is_plain else _seen(wave_errors(psf, scale, np.ones((1, 1)), POINT_CELLS, 0, is_tent=is_tent), is_tent)
     sizes = np.abs(psf.radii_px)
     slabs = {int(np.argmin(sizes))}
     if sizes.min() < WIDEST_PX:
         slabs.add(int(np.argmin(np.abs(sizes - 1.0))))
     own = _unsampled(psf)
-    kernels = (_middle_kernel(own, psf.radii_px[slab], channel) for slab in slabs for channel in range(channels))
-    return max(_seen(wave_errors(psf, scale, *kernel, is_tent=is_tent), is_tent) for kernel in kernels)
+    found = 0.0
+    for slab, channel in itertools.product(slabs, range(channels)):
+        kernel = _middle_kernel(own, psf.radii_px[slab], channel)
+        found = max(found, _seen(wave_errors(psf, scale, *kernel, channel, is_tent=is_tent), is_tent))
+    return found
 
 
 def _unsampled(psf: FieldPsf) -> _Keyed:
     """What kernels in any samples are made of."""
-    one = replace(psf, over=1, seen=None, even_squares=False, highlight_limits=(), footprint=None)
+    one = replace(psf, over=1, seen=None, even_squares=False, highlight_limits=(), footprints=())
     return _Keyed(one.key, one)
 
 
-def fit_footprint(psf: FieldPsf, channels: int, scale: float, *, is_tent: bool) -> Footprint:
+def fit_footprint(psf: FieldPsf, channels: Sequence[int], scale: float, *, is_tent: bool) -> Footprint:
     """Footprint of samples, `psf.over` per photosite and axis, that hold filter and open area, and squares as the lens has.
 
     These are those of least squares: of the light beyond half a cycle per sample, in the photosites that see it, that is taken
     as what it aliases to along an axis. One sample lies in the middle of the photosite, for an odd number of them: what aliases
-    has its own sign there. They are the same for all channels. scale: pixels of the scene per photosite; is_tent: whether its
+    has its own sign there. They are the same for these channels. scale: pixels of the scene per photosite; is_tent: whether its
     light is bilinear.
     """
     cycles = (np.arange(FITTED) + 0.5) / FITTED * 0.5 * psf.over
@@ -101,7 +105,7 @@ def fit_footprint(psf: FieldPsf, channels: int, scale: float, *, is_tent: bool) 
         return psf.sampling.transfer(along / psf.pitch_um, psf.pitch_um) * np.sinc(along / scale) ** (1 + is_tent)
 
     found = []
-    for channel in range(channels):
+    for channel in channels:
         cells, per_photosite = _middle_kernel(_unsampled(psf), psf.radii_px[0], channel)
         along = np.concatenate([cycles, images.ravel()])
         found += [lens_transfer(turned, per_photosite, along, across) for turned in (cells, cells.T)]
@@ -161,7 +165,9 @@ def _middle_kernel(of: _Keyed, radius_px: float, channel: int) -> tuple[np.ndarr
     return near.cell_kernel(channel, radius_px, (0.0, 0.0)), near.cells
 
 
-def wave_errors(psf: FieldPsf, scale: float, cells: np.ndarray, per_photosite: int, *, is_tent: bool) -> np.ndarray:
+def wave_errors(
+    psf: FieldPsf, scale: float, cells: np.ndarray, per_photosite: int, channel: int, *, is_tent: bool
+) -> np.ndarray:
     """Errors of one kernel in waves of pixels, (WAVES + 1, 2 WAVES + 1, PLACES, PLACES); cells as of `Sampling.phases`.
 
     They are of waves down and across as high as 1, of `_waves` each, at places of the photosite between pixels.
@@ -170,7 +176,7 @@ def wave_errors(psf: FieldPsf, scale: float, cells: np.ndarray, per_photosite: i
     width h it has the share sinc(h nu), is taken as the frequency m within half a cycle per sample, and goes through
     T(m) / sinc(h m). In samples of a footprint it has the share of that, which kernels give back at m.
     """
-    sampling, pitch_um, over, footprint = psf.sampling, psf.pitch_um, psf.over, psf.footprint
+    sampling, pitch_um, over, footprint = psf.sampling, psf.pitch_um, psf.over, footprint_of(psf.footprints, channel)
     waves, most = _waves(), min(IMAGES, max(2, math.ceil(FAR_CYCLES / scale)))
     cycles = waves[:, None] + np.arange(-most, most + 1)  # per pixel
     along = (scale * cycles).ravel()

@@ -49,7 +49,7 @@ def test_samples_are_means_over_their_footprint(footprint, scale, is_tent):
     device, cfa = open_device(), Cfa.named("RGGB")
     light = np.random.default_rng(1).random((3, HEIGHT, WIDTH)).astype(np.float32)
     nearest, most = not is_tent and scale < 1.0, 2e-5 if is_tent else 5e-3  # points count squares less exactly
-    projection = Projection(scale, -1.3, 9.2, WIDTH, HEIGHT, 1, nearest, is_bilinear=is_tent, footprint=footprint)
+    projection = Projection(scale, -1.3, 9.2, WIDTH, HEIGHT, 1, nearest, is_bilinear=is_tent, footprints=(footprint,))
 
     def truth_of(over: int) -> np.ndarray:
         down = means(footprint, scale, 9.2, over, over * WINDOW.y, over * WINDOW.height, HEIGHT, is_tent)
@@ -89,3 +89,26 @@ def test_squares_beside_take_what_kernels_give_back(is_tent):
     found = np.cos(2.0 * np.pi * np.outer(cycles, away)) @ spread * 1e-3
     aperture = np.cos(0.6 * np.pi * cycles) * np.sinc(0.8 * cycles)
     assert np.abs(found - np.sinc(1.7 * cycles) ** (1 + is_tent) * aperture * footprint.beside_transfer(cycles)).max() < 1e-5
+
+
+def test_each_channel_has_a_footprint_of_its_own():
+    """Planes and a mosaic of three, bit by bit as of each by itself."""
+    device, cfa, over = open_device(), Cfa.named("RGGB"), 3
+    planes = device.upload(np.random.default_rng(1).random((3, HEIGHT, WIDTH)).astype(np.float32))
+    own = tuple(Footprint(1.0, 0.0, beside_px, 0.5, 0.3) for beside_px in (0.4, 0.1, 0.25))
+    layout = InterleavedColumns.holding(over, over * WINDOW.height, over * WINDOW.width)
+
+    def taken(*footprints: Footprint) -> tuple[np.ndarray, np.ndarray]:
+        projection = Projection(1.4, -1.3, 9.2, WIDTH, HEIGHT, 2, False, footprints=footprints)
+        sampled = device.empty(layout.shape(3), np.float32)
+        project_planes(device, projection, planes, 3, sampled, 0, layout, (WINDOW.x, WINDOW.y))
+        mosaic = project(device, projection, cfa, WINDOW, planes)
+        return device.download(sampled, layout.shape(3), np.float32), device.download(
+            mosaic, (WINDOW.height, WINDOW.width), np.float32
+        )
+
+    (samples, mosaic), alone = taken(*own), [taken(one) for one in own]
+    colors = np.array(cfa.block(WINDOW.x, WINDOW.y))[np.arange(WINDOW.height)[:, None] % 2, np.arange(WINDOW.width) % 2]
+    for channel, (of_all, seen) in enumerate(alone):
+        assert np.allclose(samples[channel], of_all[channel], rtol=0.0, atol=3e-7)  # others reach farther
+        assert np.allclose(mosaic[colors == channel], seen[colors == channel], rtol=0.0, atol=3e-7)

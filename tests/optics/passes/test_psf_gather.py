@@ -98,8 +98,8 @@ def test_smooth_light_takes_fewer_samples_to_a_tenth_of_the_noise():
         samples[interpolation] = gathered_samples(psf)
         assert psf.over == 1
         light, found = (electrons_by_kernels(one) for one in (sharp, shot))
-        if psf.footprint is not None:  # the samples of such light have less of its waves
-            taken = psf.footprint.beside_transfer(np.fft.fftfreq(SIDE))
+        if psf.footprints:  # the samples of such light have less of its waves
+            taken = psf.footprints[0].beside_transfer(np.fft.fftfreq(SIDE))
             light = np.fft.ifft2(np.fft.fft2(light) * np.outer(taken, taken)).real
         truth = fftconvolve(light, psf.kernel(0, 0, False, 0, 0)[0], mode="same")
         shown = slice(32, SIDE - 32), slice(32, SIDE - 32)

@@ -48,7 +48,7 @@ def test_kernels_over_samples_of_bilinear_light_keep_to_their_law(f_number, over
     """Random pixels through an Airy disk, spots and photosites by their spectra, against kernels on means over samples."""
     psf = psf_of(f_number, 1 if over == "footprint" else over, sampling)
     if over == "footprint":
-        psf, over = dataclasses.replace(psf, footprint=fit_footprint(psf, 1, scale, is_tent=True)), 1
+        psf, over = dataclasses.replace(psf, footprints=(fit_footprint(psf, [0], scale, is_tent=True),)), 1
     pixels = np.random.default_rng(8).random((round(SIZE * scale) + 1, round(SIZE * scale) + 1))
     parts = PARTS if over == 1 else 24
     places = scale * (np.arange(SIZE * parts) + 0.5) / parts - 0.5
@@ -62,8 +62,8 @@ def test_kernels_over_samples_of_bilinear_light_keep_to_their_law(f_number, over
     spots = np.cos(np.pi * along * psf.sampling.low_pass_um / PITCH_UM)
     through = np.fft.ifft2(np.fft.fft2(light) * lens * np.outer(spots, spots)).real
     truth = through.reshape(SIZE, parts, SIZE, parts).mean(axis=(1, 3))
-    if psf.footprint is not None:
-        beside = spots * psf.footprint.beside_transfer(along)
+    if psf.footprints:
+        beside = spots * psf.footprints[0].beside_transfer(along)
         light = np.fft.ifft2(np.fft.fft2(light) * np.outer(beside, beside)).real
     samples = light.reshape(SIZE, over, parts // over, SIZE, over, parts // over).mean(axis=(2, 5))
     found = np.zeros((SIZE, SIZE))
@@ -85,17 +85,17 @@ def test_a_lens_in_focus_samples_coarse_light_as_finely_as_its_bends_ask():
     lens = dataclasses.replace(LENS, diffraction=True)
     planned = plan(Shot(band_scene(pixels, 2.0), lens, Exposure(0.0003), small_camera(44, 44)))
     psf = planned.optics.psf
-    assert psf.over == 1 and psf.footprint is not None and psf.core is not None
+    assert psf.over == 1 and psf.footprints and psf.core is not None
     assert 0.0 < next(term.sigma for term in planned.error_budget.terms if "samples of light" in term.cause) < 0.1
     moving = plan_optics(planned.optics.scene, lens, planned.sensor, 0.1, is_at_rest=False).psf
-    assert moving.over > 1 and moving.footprint is None  # light that is swept first has samples of its own
+    assert moving.over > 1 and not moving.footprints  # light that is swept first has samples of its own
 
 
 @pytest.mark.parametrize("f_number", [2.8, 8.0])
 def test_a_footprint_leaves_a_third_of_what_whole_photosites_leave(f_number):
     """As little as samples of a third to a quarter of a photosite do."""
     whole = psf_of(f_number, 1)
-    own = dataclasses.replace(whole, footprint=fit_footprint(whole, 1, 0.45, is_tent=True))
+    own = dataclasses.replace(whole, footprints=(fit_footprint(whole, [0], 0.45, is_tent=True),))
     assert kernel_bend_error(own, 0.45, 1) < kernel_bend_error(whole, 0.45, 1) / 3.0
 
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers.camera_builders import green_camera
+from helpers.camera_builders import green_camera, small_camera
 from helpers.green_frames import EXPOSURE, lens
 from helpers.moving_frame import moving_light
 from helpers.pupil_truth import through_pupil
@@ -105,7 +105,30 @@ def test_squares_that_no_samples_divide_are_as_exact_as_is_told(parts, pixel, f_
 def test_a_window_of_squares_has_the_bits_of_the_frame():
     through, camera = dataclasses.replace(lens(4.0), diffraction=True), green_camera(*UNEVEN[::-1])
     shot = Shot(band_scene(random_squares([56, 112]), math.inf), through, EXPOSURE, camera)
-    assert plan(shot).optics.psf.footprint is not None
+    assert plan(shot).optics.psf.footprints
     whole, window = moving_light(plan(shot)), Window(30, 11, 40, 17)
     part = moving_light(plan(dataclasses.replace(shot, camera=dataclasses.replace(camera, window=window))))
     assert np.array_equal(part, whole[11:28, 30:70])
+
+
+@pytest.mark.parametrize("f_number", [2.8, 8.0])
+def test_each_colour_of_squares_is_as_exact_as_is_told(f_number):
+    """Footprints that all colours share leave ten times as much at f/2.8: 0.3 sigma are told then."""
+    parts, pixel = 14, 10
+    light = np.stack([random_squares([56, 112]), random_squares([56, 112])[::-1], random_squares([56, 112])[:, ::-1]], axis=-1)
+    through = dataclasses.replace(lens(f_number), diffraction=True)
+    shot = Shot(band_scene(light, math.inf), through, EXPOSURE, small_camera(*UNEVEN[::-1], "RGGB"))
+    brightest_e = plan(shot).optics.accuracy.electrons
+    shot = dataclasses.replace(shot, exposure=dataclasses.replace(EXPOSURE, time_s=EXPOSURE.time_s * 2000.0 / brightest_e))
+    planned, found = plan(shot), moving_light(plan(shot))
+    optics, colors = planned.optics, np.tile(np.array([[0, 1], [1, 2]]), (UNEVEN[0] // 2, UNEVEN[1] // 2))
+    assert len(optics.psf.footprints) == 3
+    per_radiance, read_e = optics.accuracy.electrons_per_radiance, optics.accuracy.read_noise_e
+    found = per_radiance * optics.weights.max() * found
+    for channel, wavelengths_nm in enumerate(optics.psf.lens_psf.wavelengths_nm):
+        own = dataclasses.replace(optics.psf.lens_psf, wavelengths_nm=(wavelengths_nm,))
+        planes = np.kron(optics.scene.planes.astype(np.float64) @ optics.weights[:, channel], np.ones((pixel, pixel)))
+        truth = per_radiance * through_pupil(planes, dataclasses.replace(optics.psf, lens_psf=own), BEYOND_PX, parts)
+        error = (np.abs(found - truth) / np.sqrt(truth + read_e**2))[colors == channel]
+        assert np.quantile(error, 0.999) < min(planned.error_budget.predicted_sigma, 0.1)
+    assert planned.error_budget.predicted_sigma < 0.2
