@@ -98,15 +98,21 @@ def fit_footprint(psf: FieldPsf, channels: Sequence[int], scale: float, *, is_te
     has its own sign there. They are the same for these channels. scale: pixels of the scene per photosite; is_tent: whether its
     light is bilinear.
     """
-    cycles = (np.arange(FITTED) + 0.5) / FITTED * 0.5 * psf.over
-    images, across = cycles[:, None] + psf.over * np.array(ALIASED), np.array(ACROSS) * 0.5 * psf.over
+    return _fitted(_unsampled(psf), psf.over, tuple(channels), scale, is_tent)
+
+
+@functools.lru_cache(maxsize=32)
+def _fitted(of: _Keyed, over: int, channels: tuple[int, ...], scale: float, is_tent: bool) -> Footprint:
+    psf = of.psf
+    cycles = (np.arange(FITTED) + 0.5) / FITTED * 0.5 * over
+    images, across = cycles[:, None] + over * np.array(ALIASED), np.array(ACROSS) * 0.5 * over
 
     def light(along: np.ndarray) -> np.ndarray:
         return psf.sampling.transfer(along / psf.pitch_um, psf.pitch_um) * np.sinc(along / scale) ** (1 + is_tent)
 
     found = []
     for channel in channels:
-        cells, per_photosite = _middle_kernel(_unsampled(psf), psf.radii_px[0], channel)
+        cells, per_photosite = _middle_kernel(of, psf.radii_px[0], channel)
         along = np.concatenate([cycles, images.ravel()])
         found += [lens_transfer(turned, per_photosite, along, across) for turned in (cells, cells.T)]
     lens = np.array(found)
@@ -118,8 +124,8 @@ def fit_footprint(psf: FieldPsf, channels: Sequence[int], scale: float, *, is_te
         ratio = (taken(images) / taken(cycles)[:, None])[..., None]
         return np.abs((ratio * own - aliased) * shares).ravel()
 
-    most = np.array([MOST[0] / psf.over, *MOST[1:]])
-    sides = _least_squares(left, np.array([SIDE_PX, BESIDE_PX / psf.over, SHARE]), LEAST * most, most)
+    most = np.array([MOST[0] / over, *MOST[1:]])
+    sides = _least_squares(left, np.array([SIDE_PX, BESIDE_PX / over, SHARE]), LEAST * most, most)
     return _footprint(psf, sides.round(4))  # so that plans repeat on other machines
 
 
