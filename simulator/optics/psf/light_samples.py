@@ -64,12 +64,12 @@ def with_samples(
     """
     rays = RAY_ERROR * accuracy.sigma
     most = min(psf.lens_psf.cells if isinstance(psf.lens_psf, PsfTable) else MOST_OVER, MOST_OVER)
-    fits = projection.fits_footprint and most > 1
-    fits = fits and pixels_read(0.5 * MOST_SIDE_PX, projection.scale, is_tent=True) <= MOST_READS
+    reads = pixels_read(0.5 * MOST_SIDE_PX, projection.scale, is_tent=True)
+    whole = whole if projection.fits_footprint and most > 1 and reads <= MOST_READS else None
     found, least = psf, math.inf
-    for over in range(1 if whole is not None and fits else psf.over, max(psf.over, most) + 1):
+    for over in range(psf.over if whole is None else 1, max(psf.over, most) + 1):
         way, allowed = replace(psf, over=over), KERNEL_SHARE * accuracy.allowed
-        if whole is not None and fits and not has_squares(way, projection):
+        if whole is not None and not has_squares(way, projection):
             if over % 2 == 0:  # an odd one lies in the middle of the photosite, in whose light what aliases has its own sign
                 continue
             which, is_tent = [[one] for one in range(channels)] if apart else [range(channels)], projection.is_bilinear

@@ -140,7 +140,7 @@ def _phase_matrices(
     transfer[[0, -1]] *= 0.5
     if band_limited:
         transfer /= np.sinc(cycles / per_photosite)
-    if footprint is None and sampling.fill_factor < 1.0 and over % 2 == 0:  # photosites lie between cells
+    if sampling.fill_factor < 1.0 and over % 2 == 0:  # photosites lie between cells
         last = np.clip((np.abs(cycles) / (0.5 * over) - 0.8) / 0.2, 0.0, 1.0)
         transfer *= 0.5 + 0.5 * np.cos(math.pi * last)
     into = np.exp(-2j * math.pi * np.outer(cycles, (np.arange(count) - count // 2) / per_photosite))
