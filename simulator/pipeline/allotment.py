@@ -14,7 +14,7 @@ TIGHTEST = 0.02  # smallest tolerance of one approximation, in that of the photo
 STEP = 0.3  # factor to the next share where less than the smallest is asked for: what was left out may be computed from it on
 LOOSER = 3.0, 9.0  # times a tolerance that no plan keeps, of those that are looked at, too
 FAR_LESS = 0.01  # of what a plan leaves that has no law for a part of it: no such part is as large as what lamps leave
-INSTANTS_BESIDE = 0.1  # share of what does not fall that instants may leave at which the optics run
+BESIDE = 0.1  # share of what does not fall that may be left by instants at which the optics run, and by zones of one pupil
 BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
 
 
@@ -58,14 +58,28 @@ def with_few_instants(best: OpticsPlan, make: Callable[..., OpticsPlan], budget_
 
     Each costs an image. make: plans the optics with each approximation at a tolerance; takes `beside_sigma` of `with_motion`.
     """
-    terms = budget_of(best).terms
-    fixed = together(term.sigma for term in terms if term.limit == "method" and not (term.falls or term.is_rare))
-    beside = INSTANTS_BESIDE * fixed
+    beside = BESIDE * _fixed_sigma(budget_of(best))
     runs = any(motion.method == "instants" for motion in (best.motion, best.flash_motion) if motion is not None)
     if not best.accuracy.tolerance or not runs or beside <= best.tolerance:
         return best
     fewer = make(best.accuracy.tolerance, is_sharp=best.defocus is None, beside_sigma=beside)
     return replace(fewer, tolerance=best.tolerance)
+
+
+def with_wide_zones(best: OpticsPlan, budget_of: Budget = error_budget) -> OpticsPlan:
+    """Return the plan of a scene at rest whose zones of one pupil are as wide as a share of what does not fall lets them be.
+
+    Each of their corners has images of the aperture of its own, which are made one by one.
+    """
+    defocus, beside = best.defocus, BESIDE * _fixed_sigma(budget_of(best))
+    if defocus is None or not best.accuracy.tolerance or not is_at_rest(best) or beside <= best.tolerance:
+        return best
+    return replace(best, defocus=defocus.with_zones(beside * best.accuracy.sigma))
+
+
+def _fixed_sigma(budget: ErrorBudget) -> float:
+    """Return what the terms that do not fall leave together, but for bounds that few scenes reach [standard deviations]."""
+    return together(term.sigma for term in budget.terms if term.limit == "method" and not (term.falls or term.is_rare))
 
 
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, make_sharp: Make | None) -> OpticsPlan:

@@ -16,7 +16,7 @@ from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.optics_planning import plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
-from simulator.pipeline.allotment import allot, with_few_instants
+from simulator.pipeline.allotment import allot, with_few_instants, with_wide_zones
 from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.metered_shot import Metered, meter_shot
@@ -204,7 +204,7 @@ def _plan_light(
                 lit, shot.lens, sensor, tolerance, timing, whole=shot.tolerance, is_sharp=is_sharp, beside_sigma=beside_sigma
             )
 
-        return with_few_instants(allot(shot.tolerance, of, make_sharp=partial(of, is_sharp=True)), of)
+        return with_wide_zones(with_few_instants(allot(shot.tolerance, of, make_sharp=partial(of, is_sharp=True)), of))
 
     key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent), timing)
     if cache is None or key is None:

@@ -15,7 +15,9 @@ from simulator.config import load_shot
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.field_pupil import MOST_MOVED
 from simulator.optics.error_term import ErrorTerm, together
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.pipeline.allotment import allot, falling_sigma, may_be_sharp
 from simulator.pipeline.error_budget import ErrorBudget
 from simulator.pipeline.planner import plan
@@ -57,6 +59,23 @@ def test_instants_are_as_few_as_what_the_blur_leaves_allows(device):
     per_light = planned.optics.accuracy.electrons_per_radiance * float(planned.optics.weights.max())
     noise_e = np.sqrt(np.maximum(per_light * truth + planned.optics.accuracy.read_noise_e**2, 1.0))
     assert np.quantile(per_light * np.abs(found - truth) / noise_e, 0.999) < own.sigma
+
+
+def test_zones_of_one_pupil_are_as_wide_as_what_the_blur_leaves_allows():
+    """One picture with steps in depth behind a rim takes a quarter of the corners that even light takes."""
+    planes = np.random.default_rng(1).random((64, 64))
+    depth_m = np.where(np.arange(64) % 32 < 16, 1.8, 2.6).astype(np.float32) * np.ones((64, 1), np.float32)
+    lens = dataclasses.replace(LENS, vignetting=Vignetting(RoundStop(40.0, 35.5)))
+    stepped = Shot(band_scene(planes, depth_m), lens, Exposure(0.01), small_camera(512, 512), tolerance=0.1)
+    for array in stepped.scene.load().arrays():
+        array.setflags(write=False)  # else each plan is new
+    found = plan(stepped)
+    eyes, terms = found.optics.defocus.eyes, found.error_budget.terms
+    finer = plan(dataclasses.replace(stepped, scene=band_scene(np.ones((64, 64)), 1.8))).optics.defocus.eyes
+    assert eyes.zone_px == 2 * finer.zone_px and eyes.movement(eyes.zone_px) <= MOST_MOVED
+    own = next(term.sigma for term in terms if term.cause.startswith("zones"))
+    assert 0.1 < own < 0.1 * together(term.sigma for term in terms if term.limit == "method" and not term.falls)
+    assert plan(stepped).optics.defocus is found.optics.defocus  # it holds the tables of the next frame
 
 
 def test_a_plan_that_keeps_it_is_the_first():

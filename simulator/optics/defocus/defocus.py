@@ -172,6 +172,10 @@ class Defocus:
         """Return the blur with spots of this skew (`Pupil.skew`)."""
         return self._kept_as(pupil=replace(self.pupil, skew=skew))
 
+    def with_zones(self, allowed: float) -> Self:
+        """Return the blur whose zones may leave this error where rims clip the pupil, as a share of the brightest light."""
+        return self if self.eyes is None else self._kept_as(eyes=self.eyes.allowing(allowed, self.largest_px))
+
     def _kept_as(self, **changes: Hashable) -> Self:
         """Return the blur with other settings: itself where they are its own, else one that is kept with what is remembered."""
         if all(getattr(self, name) == value for name, value in changes.items()):

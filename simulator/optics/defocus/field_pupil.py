@@ -54,6 +54,10 @@ class CatsEyes:
 
         return replace(self, zone_px=next((zone_px for zone_px in ZONES_PX if is_fine(zone_px)), ZONES_PX[-1]))
 
+    def allowing(self, allowed: float, largest_px: float) -> Self:
+        """Return the same pupils with zones that may leave this error, as `plan_cats_eyes` chooses them; never finer ones."""
+        return replace(self, most_moved=max(self.most_moved, _most_moved(allowed))).with_fine_zones(largest_px)
+
     def fields(self, x_px: float | np.ndarray, y_px: float | np.ndarray) -> np.ndarray:
         """Tangents of the field angle, (..., 2), at a position from the sensor's upper left corner [photosites]."""
         x, y = np.broadcast_arrays(
@@ -119,6 +123,11 @@ def zone_error(moved: float) -> float:
     return min(ZONE_ERROR * moved**2, MIDDLE_ERROR * moved)
 
 
+def _most_moved(allowed: float) -> float:
+    """Movement of a rim across a zone at which `zone_error` is as large as this [pupil radii]."""
+    return min(math.sqrt(allowed / ZONE_ERROR), MOST_MOVED)
+
+
 def middle_error(moved: float) -> float:
     """Error of one pupil for all of a block, across which a rim moves so far [pupil radii]; as `zone_error`."""
     return MIDDLE_ERROR * moved
@@ -134,7 +143,7 @@ def plan_cats_eyes(
     """
     if not lens.pupil.stops:
         return None
-    moved = MOST_MOVED if allowed is None else min(math.sqrt(allowed / ZONE_ERROR), MOST_MOVED)
+    moved = MOST_MOVED if allowed is None else _most_moved(allowed)
     eyes = CatsEyes(lens.pupil, 1e-3 * pixel_pitch_um / lens.image_distance_mm, *sensor_px, most_moved=moved)
     if not eyes.clips(eyes.fields(0.0, 0.0)):
         return None
