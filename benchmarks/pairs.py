@@ -24,7 +24,7 @@ benchmark; it goes from mean electrons in memory to codes in memory. Peers make 
 holds. "{frames} at once" is one call of `simulator.sensor.frame_stack` for all patches, "1 at once" one call for each.
 """
 SIDE_PX, ACROSS = 512, 8  # of a patch; patches along a picture's ramp
-ASKED = {"numpy_eld": 25.0, "torch_eld": 8.0}
+ASKED = {"numpy_eld": 20.0, "torch_eld": 8.0}
 
 
 def patches(frames: int, low_e: float, high_e: float) -> np.ndarray:

@@ -1,10 +1,11 @@
 """Whole processes, timed: what a start costs, and how much memory is used at most."""
 
+import json
 import os
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 
@@ -21,13 +22,26 @@ def time_process(*arguments: str, folder: Path | None = None) -> Ended:
     """Run Python with these arguments to its end, in a folder. Raises RuntimeError with what it said when it fails.
 
     Modules are compiled once, as those of an installed package are, also where the environment forbids Python to keep that.
+    This file as a small process of its own starts it: what starts a process counts as that process's memory until it runs.
     """
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    command, started = [sys.executable, *arguments], time.perf_counter()
-    process = subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    said = process.stderr.read() if process.stderr else b""
+    command = [sys.executable, __file__, *arguments]
+    found = subprocess.run(command, cwd=folder, env=environment, capture_output=True, check=False)
+    if found.returncode != 0:
+        raise RuntimeError(f"{' '.join(arguments)} failed: {found.stderr.decode(errors='replace')[-2000:]}")
+    return Ended(**json.loads(found.stdout))
+
+
+def _start(arguments: list[str]) -> int:
+    """Run Python with these arguments, print what it took as JSON, and return its exit status."""
+    started = time.perf_counter()
+    process = subprocess.Popen([sys.executable, *arguments], stdout=subprocess.DEVNULL)
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode != 0:
-        raise RuntimeError(f"{' '.join(command)} failed: {said.decode(errors='replace')[-2000:]}")
-    return Ended(time.perf_counter() - started, used.ru_utime + used.ru_stime, 1024 * used.ru_maxrss)
+    ended = Ended(time.perf_counter() - started, used.ru_utime + used.ru_stime, 1024 * used.ru_maxrss)
+    print(json.dumps(asdict(ended)))
+    return process.returncode
+
+
+if __name__ == "__main__":
+    sys.exit(_start(sys.argv[1:]))

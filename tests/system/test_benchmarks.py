@@ -12,6 +12,7 @@ from defocus import at_equal_error, judge
 from helpers.randomness import accept
 from live import WARM_UP, Waits, take_steps
 from measuring.contest import Contestant, contest, turns
+from measuring.processes import time_process
 from measuring.record import Record, dominating, slope, z_errors
 from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
 from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
@@ -304,3 +305,15 @@ def test_a_tripod_launches_what_a_still_shot_launches(device):
     still, tripod = (launches_of(replace(moving, motion=motion)) for motion in (None, Motion(camera=SteadyMotion())))
     assert tripod == still and "swept_projection" not in still
     assert launches_of(moving) != still
+
+
+def test_the_peak_of_a_process_is_its_own():
+    """Memory that the benchmark itself holds when it starts the process does not count."""
+    held = np.ones(40_000_000)  # 320 MB
+    small, large = time_process("-c", "pass"), time_process("-c", "held = bytearray(100_000_000)")
+    assert small.peak_bytes < 60_000_000 < held.nbytes and 100_000_000 < large.peak_bytes < 160_000_000
+
+
+def test_a_process_that_fails_says_why():
+    with pytest.raises(RuntimeError, match="no light"):
+        time_process("-c", "raise SystemExit('no light')")
