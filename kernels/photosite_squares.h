@@ -71,8 +71,8 @@ INLINE void squares(global const float *plane, const int column, const int step,
             from_x[i] = seen.column[i] + past_x, from_y[i] = seen.row[i] + past_y, u[i] = x - (float)past_x, v[i] = y - (float)past_y;
         }
         for (uint i = 0; i < count; i++) {
-            const float extent_u = smaller((POSE ? p.scale * size : seen.wide[i]) * (0.5f / SAMPLES), MOST_EXTENT);
-            const float extent_v = smaller((POSE ? p.scale * size : seen.tall[i]) * (0.5f / SAMPLES), MOST_EXTENT);
+            const float extent_u = smaller(extent(seen.wide[i], seen.tilt_right[i]) * (0.5f / SAMPLES), MOST_EXTENT);
+            const float extent_v = smaller(extent(seen.tall[i], seen.tilt_down[i]) * (0.5f / SAMPLES), MOST_EXTENT);
             mean[i] += mean_around(plane, p.scene_width, p.scene_height, from_x[i], from_y[i], u[i], v[i], extent_u, extent_v);
         }
     }

@@ -18,6 +18,7 @@ from simulator.optics.geometry.projection import Projection, project
 from simulator.optics.lens.distortion import Distortion, plan_warp
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.sensor.camera.camera import Window
 from simulator.sensor.camera.cfa import Cfa
@@ -74,3 +75,18 @@ def test_a_lens_that_distorts_makes_photosites_lean():
     assert warp.tilt(WIDTH, HEIGHT) == pytest.approx(2.0 * 0.02 * corner, rel=0.2)
     still = replace(moving().projection, warp=warp)
     assert [posed(still, moving().motion, np.eye(3), allowed).leans for allowed in (0.1, 0.02)] == [False, True]
+
+
+def test_a_camera_that_moves_sees_as_much_of_bilinear_light_as_one_at_rest():
+    """Photosites behind a distortion are up to a fifth wider in the corner, which waves show: 0.7 % of the light."""
+    lens = ThinLens(50.0, 8.0, cos4=False, distortion=Distortion(k1=0.06, unit="half_diagonal"))
+    stripes = 1.0 + np.cos(2.0 * np.arange(WIDTH)) * np.cos(2.2 * np.arange(HEIGHT))[:, None]
+    still = plan(Shot(band_scene(stripes, 1000.0), lens, Exposure(0.01), small_camera(WIDTH, HEIGHT))).optics.projection
+    device = open_device()
+    planes = device.upload(stripes.astype(np.float32))
+    light = [
+        device.download(project(device, one, Cfa.uniform(0), Window(0, 0, WIDTH, HEIGHT), planes), (HEIGHT, WIDTH), np.float32)
+        for one in (still, posed(still, moving().motion, np.eye(3)))
+    ]
+    assert still.is_bilinear and still.has_pixel_per_photosite
+    np.testing.assert_allclose(light[1], light[0], atol=3e-4)  # only one counts how far they lean
