@@ -43,15 +43,15 @@ INLINE float footprint_down(global const float *across, global const int *row_st
     return own + more;
 }
 
-// sampled: (planes, COLUMN_SETS, rows, set_columns) float32, written from first_plane on. Dimension 0: columns of a set; 1: rows of
-// samples; 2: column sets of all channels.
+// sampled: (planes, COLUMN_SETS, rows, set_columns) float32, of which the first rows are written, from first_plane on. Dimension 0: columns
+// of a set; 1: rows of samples that are written; 2: column sets of all channels.
 kernel void footprint_planes(global const float *restrict across, global float *restrict sampled, global const int *restrict row_starts,
-                             global const float *restrict row_shares, const uint first_plane, const uint scene_height,
-                             const uint first_row, const uint scene_rows) {
-    const size_t columns = get_global_size(0), rows = get_global_size(1), set = get_global_id(2);
+                             global const float *restrict row_shares, const uint first_plane, const uint rows,
+                             const uint scene_height, const uint first_row, const uint scene_rows) {
+    const size_t columns = get_global_size(0), set = get_global_id(2);
     sampled[row_start(COLUMN_SETS * first_plane + set, get_global_id(1), rows, columns) + get_global_id(0)] =
-        footprint_down(across, row_starts, row_shares, set, get_global_id(1), rows, get_global_id(0), columns, scene_height, first_row,
-                       scene_rows);
+        footprint_down(across, row_starts, row_shares, set, get_global_id(1), get_global_size(1), get_global_id(0), columns, scene_height,
+                       first_row, scene_rows);
 }
 
 // mosaic: (height, width) float32, each photosite's own colour, written from mosaic_row on, of one sample per photosite. Dimension 0:

@@ -109,15 +109,16 @@ def project_footprint_planes(
     first_plane: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
+    rows: int | None = None,
 ) -> None:
     """Enqueue the projection of all channels onto the samples of a layout; arguments as of `project_planes`.
 
     footprints: of each channel.
     """
-    columns, height, sets = layout.work_size(len(footprints))
+    columns, height, sets = layout.work_size(len(footprints), rows)
     band = _read_across(device, projection, footprints, planes, layout, origin, height)
     kernel = device.kernel("footprint_planes", {**ANY_CFA, **band.defines}, file=FILE)
-    size, written = (columns, height, sets), {"sampled": sampled, "first_plane": first_plane}
+    size, written = (columns, height, sets), {"sampled": sampled, "first_plane": first_plane, "rows": layout.rows}
     device.run(kernel, size, None, **written, **band.arguments(projection))
 
 

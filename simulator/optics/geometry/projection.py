@@ -86,6 +86,14 @@ class Projection:
         """Footprint of each of so many planes."""
         return [one for plane in range(count) if (one := footprint_of(self.footprints, plane)) is not None]
 
+    def sample_footprints(self, count: int, over: int) -> list[Footprint]:
+        """Footprint of each of so many planes, on `over` samples per photosite and axis; none where kernels/projection.cl reads.
+
+        Upright samples that borders of even squares cross are squares of their own width.
+        """
+        is_cut = not self.is_displaced and self.taps(1.0 / over) > 1
+        return self.each_footprint(count) or [Footprint(side_px=1.0 / over)] * (count if is_cut else 0)
+
     @property
     def is_displaced(self) -> bool:
         """Whether a distortion or a pose displaces photosites in the scene."""
@@ -352,9 +360,8 @@ def project_planes(
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
     the first on; None: all.
     """
-    if projection.footprints:
-        footprints = projection.each_footprint(count)
-        project_footprint_planes(device, projection, footprints, planes, sampled, first_plane, layout, origin)
+    if footprints := projection.sample_footprints(count, layout.over):
+        project_footprint_planes(device, projection, footprints, planes, sampled, first_plane, layout, origin, rows)
         return
     span, settings = _span(device, layout), projection.arguments(*origin)
     if projection.copies_pixels(layout.over):

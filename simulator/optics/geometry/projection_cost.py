@@ -23,8 +23,8 @@ COST_NS = {
 
 def projection_work(projection: Projection, over: int, samples: float) -> dict[str, float]:
     """Return the work of so many samples of all planes, counts by key of COST_NS; `over` samples per photosite and axis."""
-    if projection.footprints:
-        reach_px = max(one.reach_px for one in projection.footprints)
+    if footprints := projection.footprints or projection.sample_footprints(1, over):
+        reach_px = max(one.reach_px for one in footprints)
         reads = pixels_read(reach_px, projection.scale, is_tent=projection.is_bilinear)
         return {"footprint reads": samples * reads * (1.0 + projection.scale / over)}
     leans = projection.has_leaning(over)

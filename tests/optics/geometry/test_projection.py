@@ -209,6 +209,30 @@ def test_samples_of_a_coarse_scene_are_the_exact_means_of_its_bilinear_light(sca
     assert np.abs(found - down @ scene.astype(float) @ right.T).max() < 2e-6
 
 
+@pytest.mark.parametrize(("scale", "over", "nearest"), [(1.02, 4, False), (1.4, 2, False), (2.6, 1, False), (0.7, 1, True)])
+def test_samples_of_a_fine_scene_are_the_exact_means_of_its_squares(scale, over, nearest):
+    """Against float64 overlaps, beyond the scene's edges too; of a layout's rows the first are written alone."""
+    device, scene = open_device(), np.random.default_rng(1).random((3, 40, 50), np.float32)
+    projection = Projection(scale, -1.3, 2.1, 50, 40, 1, nearest)
+    layout, origin, rows = InterleavedColumns(over, 24 * over, 32), (-9, 5), 11 * over
+    sampled = device.upload(np.full(layout.shape(4), -1.0, np.float32))
+    project_planes(device, projection, device.upload(scene), 3, sampled, 1, layout, origin, rows)
+    found = layout.decode(device.download(sampled, layout.shape(4), np.float32))
+
+    def overlaps(offset, first, count, pixels):
+        places = offset + scale * (first + np.arange(count + 1) / over)
+        middles = np.arange(-400, pixels + 400)
+        left, right = places[:-1, None], places[1:, None]
+        shares = np.clip(np.minimum(right, middles + 1) - np.maximum(left, middles), 0.0, None) * (over / scale)
+        shares[:, 400] += shares[:, :400].sum(axis=1)
+        shares[:, 399 + pixels] += shares[:, 400 + pixels :].sum(axis=1)
+        return shares[:, 400 : 400 + pixels]
+
+    down, right = overlaps(2.1, 5, rows, 40), overlaps(-1.3, -9, found.shape[2], 50)
+    assert np.abs(found[1:, :rows] - down @ scene.astype(float) @ right.T).max() < 1e-6
+    assert (found[0] == -1.0).all() and (found[1:, rows:] == -1.0).all()
+
+
 @pytest.mark.parametrize("side", [1.0, 0.7])
 def test_a_photosite_is_the_exact_mean_of_a_coarser_scene(side):
     """The open square of each, 0.7 pixels to a photosite, against float64 integrals; at its middle up to 0.2 off."""
