@@ -1,12 +1,14 @@
 // Highlights where surfaces occlude each other. A highlight is a sample so bright that through a few points of the aperture it would
-// show as separate dots. highlights_take takes it out of the planes that occlusion.cl samples. highlights_spread then adds to each photosite
-// its share of the highlight's blur spot:
+// show as separate dots. highlights_mark tells where any is. highlights_take takes them out of the planes that occlusion.cl samples.
+// highlights_spread then adds to each photosite its share of the highlight's blur spot:
 //   light(x) += sum over highlights p of excess_p * weight(p - x) * (1 - g_p u) * product over nearer j of (1 - coverage_j(x + s_j u))
 // A photosite sees the highlight through the one point u = (p - x) / s_p of the aperture. With the slope g of its surface's radius an
 // area dp of the surface fills du = (1 - g u) dp / s^2 of the aperture.
 //
 // sampled: (LAYERS, channels + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, as `planes` of occlusion.cl.
-// places:  (samples) uint32, elements of `sampled` that are changed. left: (samples) float32, the values that they get.
+// marks:   (LAYERS, COLUMN_SETS, sample_rows, set_columns / CHUNK) uchar, whether any of so many samples side by side is above `limits`,
+//          (channels) float32 [e- s^-1 um^-2 sr^-1], in any colour.
+// places:  (samples) uint32, elements of `sampled` that are changed. most: (samples) float32, what they keep at most.
 // radius, light, slabs: as in occlusion.cl. blocks: (blocks, 4) uint32, as the first four numbers there.
 // ranges:  (blocks, 2) uint32: first entry of a block in `reaching`, and number of entries.
 // reaching: (entries) uint32: which of `highlights` reach the block.
@@ -24,8 +26,22 @@
 #define LEAST 0.5f  // blur radius below which the spot is that of the photosite [photosites]
 #define NEARER 1.0f // least difference in blur radius by which a slab of the highlight's own layer lies before it [photosites]
 
-kernel void highlights_take(global float *restrict sampled, global const uint *restrict places, global const float *restrict left) {
-    sampled[places[get_global_id(0)]] = left[get_global_id(0)];
+// Dimension 0: parts of CHUNK samples of a row; 1: rows of samples; 2: column sets of all layers.
+kernel void highlights_mark(global const float *restrict sampled, global uchar *restrict marks, global const float *restrict limits,
+                            const uint channels) {
+    const size_t part = get_global_id(0), row = get_global_id(1), set = get_global_id(2) % COLUMN_SETS, layer = get_global_id(2) / COLUMN_SETS;
+    uint above = 0;
+    for (uint c = 0; c < channels; c++) {
+        const size_t plane = COLUMN_SETS * (layer * (channels + COVERAGE) + c) + set;
+        global const float *own = sampled + row_start(plane, row, get_global_size(1), CHUNK * get_global_size(0)) + CHUNK * part;
+        for (uint i = 0; i < CHUNK; i++) above |= own[i] > limits[c];
+    }
+    marks[row_start(get_global_id(2), row, get_global_size(1), get_global_size(0)) + part] = (uchar)above;
+}
+
+kernel void highlights_take(global float *restrict sampled, global const uint *restrict places, global const float *restrict most) {
+    global float *own = sampled + places[get_global_id(0)];
+    *own = smaller(*own, most[get_global_id(0)]);
 }
 
 // Sample of a plane at [row][column], both of samples.

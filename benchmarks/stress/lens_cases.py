@@ -287,7 +287,7 @@ CASES = (
     StressCase("occlusion", ("occlusion", "layer_covariance"), SURFACES, run_occlusion, PROMISED, keeps=True),
     StressCase(
         "highlights",
-        ("highlights_take", "highlights_spread"),
+        ("highlights_mark", "highlights_take", "highlights_spread"),
         {"radius_px": Real(0.5, 10.0, switches=(1.0, 2.0)), "light": Real(1.0, 1e8, log=True), "electrons": ELECTRONS},
         run_highlights,
         PROMISED + "; half a sigma is chosen: the budget does not tell that the disk of such a lamp is exact",

@@ -9,9 +9,9 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any
@@ -281,6 +281,23 @@ class Device:
         array = self.array(shape, dtype)
         cl.enqueue_copy(self._queue, array, buffer)
         return array
+
+    @contextmanager
+    def view(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> Iterator[np.ndarray]:
+        """Wait for all work, and yield an array of what a buffer holds, which is not to be changed, nor used afterwards.
+
+        It is the buffer's own memory on a CPU, and a copy of it on other devices.
+        """
+        if not self.shares_memory:
+            yield self.download(buffer, shape, dtype)
+            return
+        self.finish()
+        mapped, _ = cl.enqueue_map_buffer(self._queue, buffer, cl.map_flags.READ, 0, shape, np.dtype(dtype))
+        mapped.flags.writeable = False
+        try:
+            yield mapped
+        finally:
+            mapped.base.release(self._queue)
 
     def download_later(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> Callable[[], np.ndarray]:
         """Return a function that returns what a buffer has held here, as an array, while what is enqueued later goes on."""

@@ -195,3 +195,14 @@ def test_other_launches_have_the_longest_groups_that_divide_a_row(group_of, widt
 def test_only_pocl_gets_few_sizes_of_groups():
     for info in devices():
         assert (open_device(info.label).few_groups > 0) == ("PoCL" in info.version)
+
+
+def test_a_view_is_what_a_buffer_holds_and_cannot_be_changed(device):
+    """Of the first elements; kernels may write to the buffer again afterwards."""
+    buffer = device.upload(np.arange(6, dtype=np.float32))
+    with device.view(buffer, (2, 2), np.float32) as seen:
+        assert seen.tolist() == [[0.0, 1.0], [2.0, 3.0]]
+        assert not (device.shares_memory and seen.flags.writeable)
+    device.fill(buffer, np.float32(7.0), 0)
+    with device.view(buffer, (6,), np.float32) as seen:
+        assert (seen == 7.0).all()

@@ -87,7 +87,7 @@ class Projection:
         return [one for plane in range(count) if (one := footprint_of(self.footprints, plane)) is not None]
 
     def sample_footprints(self, count: int, over: int) -> list[Footprint]:
-        """Footprint of each of so many planes, on `over` samples per photosite and axis; none where kernels/projection.cl reads.
+        """Footprint of each of so many planes, on `over` samples per photosite and axis; none where each reads its own pixels.
 
         Upright samples that borders of even squares cross are squares of their own width.
         """

@@ -21,7 +21,7 @@ from simulator.optics.defocus.highlights import (
 )
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns, column_of
 from simulator.optics.passes.radius_statistics import RadiusMaps
-from simulator.optics.passes.tile_grid import TileGrid
+from simulator.optics.passes.tile_grid import MARGIN_COLUMNS, TileGrid
 from simulator.optics.pupil.pupil import Pupil
 
 
@@ -53,9 +53,8 @@ class HighlightPass:
     def __init__(self, band: Band, first_row: int, places: np.ndarray, limit: np.ndarray, *, lamps: bool) -> None:
         self.band, self.places = band, places
         self.origin_px = band.area.x, first_row
-        shape = band.layout.shape(len(band.planes) * band.layer_planes)
-        self.sampled = band.device.download(band.sampled, shape, np.float32)
-        self.highlights = self._find_highlights(limit, limit / (LAMP if lamps else BRIGHT))
+        self.kept = limit / (LAMP if lamps else BRIGHT)
+        self.highlights = self._find_highlights(limit)
         self.steps_per_px: float | np.ndarray = STEPS_PER_PX
         if lamps:
             self.steps_per_px = lamp_steps(self.highlights, band.samples_per_axis, band.defocus.accuracy)
@@ -75,35 +74,45 @@ class HighlightPass:
     def _pupil(self) -> Pupil:
         return self.band.defocus.pupil
 
-    def _find_highlights(self, limit: np.ndarray, mean: np.ndarray) -> Highlights:
-        """Samples above the limit. mean: radiance that they keep."""
-        band, radii = self.band, self.band.defocus.radii_px
-        shape = band.layout.shape(max(len(band.maps.scene_radius), 1))
-        radius = band.device.download(band.radius, shape, np.float32)
-        parts_by_layer, maps = [], 0
-        for layer, px in enumerate(radii):
-            light = self.sampled[layer * band.layer_planes :][: band.channels]
-            column_set, row, column = np.nonzero(np.logical_or.reduce(light > limit[:, None, None, None], axis=0))
-            excess = np.maximum(light[:, column_set, row, column] - mean[:, None], 0.0)
-            columns, layers = np.asarray(column_of(column_set, column, band.samples_per_axis)), np.full(len(row), layer)
-            if isinstance(px, np.ndarray):
-                own = radius[maps, column_set, row, column]
-                slopes = radius_slopes(band.layout.decode(radius[maps]), row, columns, band.samples_per_axis)
-                maps += 1
-            else:
-                own, slopes = np.full(len(row), px, np.float32), np.zeros((2, len(row)))
-            exact = np.full(len(row), np.ndim(px) == 0)
-            parts_by_layer.append((row, columns, layers, own, slopes, exact, excess))
+    def _find_highlights(self, limit: np.ndarray) -> Highlights:
+        """Samples above the limit."""
+        band, layout, limit = self.band, self.band.layout, limit.astype(np.float32)
+        marks, parts_by_layer, maps = self._mark(limit), [], 0
+        with (
+            band.device.view(band.sampled, layout.shape(len(band.planes) * band.layer_planes), np.float32) as sampled,
+            band.device.view(band.radius, layout.shape(max(len(band.maps.scene_radius), 1)), np.float32) as radius,
+        ):
+            for layer, px in enumerate(band.defocus.radii_px):
+                light = sampled[layer * band.layer_planes :][: band.channels]
+                column_set, row, column = _bright_samples(light, limit, marks[layer])
+                excess = np.maximum(light[:, column_set, row, column] - self.kept[:, None], 0.0)
+                columns, layers = np.asarray(column_of(column_set, column, layout.over)), np.full(len(row), layer)
+                own, slopes = np.full(len(row), 0.0 if np.ndim(px) else px, np.float32), np.zeros((2, len(row)))
+                if isinstance(px, np.ndarray):
+                    if len(row):
+                        own = radius[maps, column_set, row, column]
+                        slopes = radius_slopes(layout.decode(radius[maps]), row, columns, layout.over)
+                    maps += 1
+                exact = np.full(len(row), np.ndim(px) == 0)
+                parts_by_layer.append((row, columns, layers, own, slopes, exact, excess))
         return Highlights(*(np.concatenate(parts, axis=-1) for parts in zip(*parts_by_layer, strict=True)))
+
+    def _mark(self, limit: np.ndarray) -> np.ndarray:
+        """Parts of MARGIN_COLUMNS samples that hold any above the limit, (layers, column sets, rows, parts) bool."""
+        band, layout = self.band, self.band.layout
+        shape = len(band.planes), layout.column_sets, layout.rows, layout.set_columns // MARGIN_COLUMNS
+        marks, limits = band.device.empty(shape, np.uint8), band.device.upload(limit)
+        size = shape[3], shape[2], shape[0] * shape[1]
+        self._run("highlights_mark", size, marks=marks, limits=limits, channels=band.channels)
+        return band.device.download(marks, shape, np.uint8).astype(bool)
 
     def take(self) -> None:
         """Remove the highlights' excess radiance from the band's sampled planes, in place."""
         band, highlights = self.band, self.highlights
         plane = highlights.layers * band.layer_planes + np.arange(band.channels)[:, None]
         element = np.ravel(band.layout.element(plane, highlights.rows, highlights.columns))
-        left = self.sampled.reshape(-1)[element] - highlights.excess.ravel()
-        buffers = self._upload({"places": element.astype(np.uint32), "left": left.astype(np.float32)})
-        self._run("highlights_take", (len(element),), **buffers)
+        most = np.repeat(self.kept.astype(np.float32), len(highlights.rows))
+        self._run("highlights_take", (len(element),), **self._upload({"places": element.astype(np.uint32), "most": most}))
 
     def spread(self, slabs: Buffer, light: Buffer, bands: Sequence[dict[str, int]]) -> None:
         """Add the highlights' spots to mosaics in the blocks that they reach.
@@ -142,5 +151,16 @@ class HighlightPass:
 
     def _run(self, name: str, size: tuple[int, ...], **arguments: object) -> None:
         device = self.band.device
-        kernel = device.kernel(name, self.band.defines, file="highlights.cl")
+        kernel = device.kernel(name, {**self.band.defines, "CHUNK": MARGIN_COLUMNS}, file="highlights.cl")
         device.run(kernel, size, None, sampled=self.band.sampled, **arguments)
+
+
+def _bright_samples(light: np.ndarray, limit: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Column sets, rows and columns of the samples that are above the limit in any channel, in the order of memory.
+
+    light: (channels, column sets, rows, set columns). marks: (column sets, rows, parts) where there may be any.
+    """
+    column_set, row, part = np.nonzero(marks)
+    parts = light.reshape(*light.shape[:-1], marks.shape[-1], MARGIN_COLUMNS)[:, column_set, row, part]
+    number, column = np.nonzero((parts > limit[:, None, None]).any(axis=0))
+    return column_set[number], row[number], part[number] * MARGIN_COLUMNS + column
