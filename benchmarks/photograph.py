@@ -228,7 +228,7 @@ def measure_lenses(run: Run) -> Record:
         options: dict[str, list[str]] = {"ideal": [], **LENSES}
         if run.size == "full" or name == STOPPED_DOWN:  # wide open it takes minutes
             options["all together"] = everything
-        shots = {key: shot_of(name, *more, megapixels=run.pick(0.1, 1.5, 12.0)) for key, more in options.items()}
+        shots = {key: shot_of(name, *more, megapixels=run.pick(0.1, 12.0, 12.0)) for key, more in options.items()}
         case = f"f/{shots['ideal'].lens.f_number:g}"
         record.facts["size"] = size_of(shots["ideal"])
         found: dict[str, dict[str, float]] = {}
