@@ -12,7 +12,7 @@ import numpy as np
 
 LARGE_BYTES = 2**22  # of arrays that get huge pages
 MOST_FREE_BYTES = 2**28  # that are kept for the next arrays
-MOST_LARGER = 3  # times an array, memory that it may take
+MOST_LARGER = 1.5  # times an array, memory that it may take
 HAS_HUGE_PAGES = hasattr(mmap, "MADV_HUGEPAGE")  # Linux has
 _PAGE_BYTES = 2**21  # sizes are rounded up to these, so that arrays of nearly the same size can follow each other
 
