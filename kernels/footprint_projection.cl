@@ -10,22 +10,28 @@
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "lanes.h"
 #include "plain_math.h"
 
-// Dimension 0: columns of a set; 1: scene rows; 2: column sets of all channels.
+// Dimension 0: spans of columns of a set; 1: scene rows; 2: column sets of all channels.
 kernel void footprint_across(global const float *restrict planes, global float *restrict across, global const int *restrict column_starts,
                              global const float *restrict column_shares, const uint scene_width, const uint scene_height,
                              const uint first_row) {
-    const size_t columns = get_global_size(0), set = get_global_id(2), column = COLUMN_SETS * get_global_id(0) + set % COLUMN_SETS;
+    const size_t columns = SPAN * get_global_size(0), set = get_global_id(2), first = SPAN * get_global_id(0);
     global const float *line = planes + (set / COLUMN_SETS * scene_height + first_row + get_global_id(1)) * scene_width;
-    global const float *shares = column_shares + set / COLUMN_SETS * (READS * COLUMN_SETS * columns) + column;
-    const int start = column_starts[column];
-    const float own = line[clamped(start + READS / 2, scene_width)];
-    float more = 0.0f; // than `own`, so that even light stays even
-    __attribute__((opencl_unroll_hint(READS)))
-    for (int i = 0; i < READS; i++)
-        more += shares[COLUMN_SETS * columns * i] * (line[clamped(start + i, scene_width)] - own);
-    across[row_start(set, get_global_id(1), get_global_size(1), columns) + get_global_id(0)] = own + more;
+    global const float *shares = column_shares + set / COLUMN_SETS * (READS * COLUMN_SETS * columns) + COLUMN_SETS * first + set % COLUMN_SETS;
+    global const int *starts = column_starts + COLUMN_SETS * first + set % COLUMN_SETS;
+    global float *to = across + row_start(set, get_global_id(1), get_global_size(1), columns) + first;
+    HEAD_LANES
+    for (uint n = 0; n < SPAN; n++) {
+        const int start = starts[COLUMN_SETS * n];
+        const float own = line[clamped(start + READS / 2, scene_width)];
+        float more = 0.0f; // than `own`, so that even light stays even
+        __attribute__((opencl_unroll_hint(READS)))
+        for (int i = 0; i < READS; i++)
+            more += shares[COLUMN_SETS * (columns * i + n)] * (line[clamped(start + i, scene_width)] - own);
+        to[n] = own + more;
+    }
 }
 
 // Light of one sample, of a column set of a channel.

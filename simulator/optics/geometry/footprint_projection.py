@@ -1,5 +1,6 @@
 """Projects a scene onto samples of light that average it over several squares (kernels/footprint_projection.cl)."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -141,10 +142,11 @@ def _read_across(
     last, reads = projection.scene_height - 1, down.shape[1]
     first_row, last_row = (int(np.clip(row, 0, last)) for row in (starts[0], starts[-1] + reads - 1))
     scene_rows, sets = last_row - first_row + 1, layout.column_sets * len(footprints)
-    lines, defines = device.empty((sets, scene_rows, layout.set_columns), np.float32), {"OVER": over, "READS": reads}
+    lines, span = device.empty((sets, scene_rows, layout.set_columns), np.float32), math.gcd(device.span, layout.set_columns)
+    defines: dict[str, object] = {"OVER": over, "READS": reads, "SPAN": span}
     device.run(
         device.kernel("footprint_across", {**ANY_CFA, **defines}, file=FILE),
-        (layout.set_columns, scene_rows, sets),
+        (layout.set_columns // span, scene_rows, sets),
         None,
         planes=planes,
         across=lines,
