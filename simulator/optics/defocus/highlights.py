@@ -70,6 +70,14 @@ class Highlights:
         return Highlights(*(values[..., kept] for values in vars(self).values()))
 
 
+def no_highlights(channels: int) -> Highlights:
+    """Return none, of light of so many channels."""
+    none = np.zeros(0, int)
+    return Highlights(
+        none, none, none, np.zeros(0, np.float32), np.zeros((2, 0)), none > 0, np.zeros((channels, 0), np.float32)
+    )
+
+
 def shows_dots(highlights: Highlights, accuracy: Accuracy) -> np.ndarray:
     """Whether each highlight would show as separate dots: those of large circles, and all lamps (LAMP_PEAK), in focus or not.
 

@@ -14,6 +14,7 @@ from simulator.optics.defocus.highlights import (
     Highlights,
     find_reaching,
     lamp_steps,
+    no_highlights,
     radius_slopes,
     select_brightest,
     shows_dots,
@@ -78,6 +79,8 @@ class HighlightPass:
         """Samples above the limit."""
         band, layout, limit = self.band, self.band.layout, limit.astype(np.float32)
         marks, parts_by_layer, maps = self._mark(limit), [], 0
+        if not marks.any():
+            return no_highlights(band.channels)
         with (
             band.device.view(band.sampled, layout.shape(len(band.planes) * band.layer_planes), np.float32) as sampled,
             band.device.view(band.radius, layout.shape(max(len(band.maps.scene_radius), 1)), np.float32) as radius,
