@@ -93,3 +93,16 @@ def test_new_memory_takes_the_place_of_what_was_kept():
     array = pages.take(2 * size)
     array[:] = 1
     assert resident_bytes() < before + 1.2 * size
+
+
+@pytest.mark.skipif(not HAS_HUGE_PAGES, reason="the system has no huge pages to ask for")
+def test_a_small_array_does_not_hold_the_memory_of_a_large_one():
+    """Codes of half the size of the light before them: a strip would hold more than is stated."""
+    pages, size = HugePages(lambda: lambda: True, most_free_bytes=64 * LARGE_BYTES), 32 * LARGE_BYTES
+    before = resident_bytes()
+    light = pages.take(size)
+    light[:] = 1
+    del light
+    codes = pages.take(size // 2)
+    codes[:] = 1
+    assert resident_bytes() < before + 0.7 * size

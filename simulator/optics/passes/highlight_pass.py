@@ -81,10 +81,7 @@ class HighlightPass:
         marks, parts_by_layer, maps = self._mark(limit), [], 0
         if not marks.any():
             return no_highlights(band.channels)
-        with (
-            band.device.view(band.sampled, layout.shape(len(band.planes) * band.layer_planes), np.float32) as sampled,
-            band.device.view(band.radius, layout.shape(max(len(band.maps.scene_radius), 1)), np.float32) as radius,
-        ):
+        with band.device.view(band.sampled, layout.shape(len(band.planes) * band.layer_planes), np.float32) as sampled:
             for layer, px in enumerate(band.defocus.radii_px):
                 light = sampled[layer * band.layer_planes :][: band.channels]
                 column_set, row, column = _bright_samples(light, limit, marks[layer])
@@ -93,8 +90,9 @@ class HighlightPass:
                 own, slopes = np.full(len(row), 0.0 if np.ndim(px) else px, np.float32), np.zeros((2, len(row)))
                 if isinstance(px, np.ndarray):
                     if len(row):
-                        own = radius[maps, column_set, row, column]
-                        slopes = radius_slopes(layout.decode(radius[maps]), row, columns, layout.over)
+                        with band.device.view(band.radius, layout.shape(maps + 1), np.float32) as radius:
+                            own = radius[maps, column_set, row, column]
+                            slopes = radius_slopes(layout.decode(radius[maps]), row, columns, layout.over)
                     maps += 1
                 exact = np.full(len(row), np.ndim(px) == 0)
                 parts_by_layer.append((row, columns, layers, own, slopes, exact, excess))
