@@ -42,7 +42,7 @@ def has_squares(psf: FieldPsf, projection: Projection) -> bool:
     """
     are_squares = projection.has_square_pixels and projection.whole_pixels((psf.over,)) == psf.over and not psf.footprints
     is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
-    return are_squares and psf.by_distance and len(psf.radii_px) == 1 and not is_coarse
+    return are_squares and psf.by_distance and not is_coarse
 
 
 def with_samples(

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.device.threads import in_threads
-from simulator.optics.psf.fraunhofer import ROUND, Opening
+from simulator.optics.psf.fraunhofer import ROUND, Opening, odd
 from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.square_light import square_matrix
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-SAMPLES = 3  # per photosite and axis, of computed kernels
-KEPT = 1.0, 1.45  # spatial frequencies up to which these have all detail, and from which on none [cycles per photosite]
+SAMPLES = 3  # per photosite and axis, of computed kernels that samples of light cut at half a cycle per photosite
+MOST_SAMPLES = 7  # of those that nothing cuts
+LOST = 0.5, 0.05  # below half a cycle per sample, frequency up to which these have all detail, and from which on none [cycles]
 FIELD_STEPS = 8  # of the computed field radii, from the centre to the corner
 BLADE_STEPS = (0, 2, 4, 6, 8)  # of these, at which what blades change is computed
 BLADE_TURNS = 4  # angles between field and blades at which it is, over the angle from one corner to the next
@@ -31,6 +33,7 @@ class RotatedKernels:
     lens_psf: its size and cells are not used. radii_px: blur radii at which it is computed, ascending [photosites].
     varies: whether kernels differ over the field.
     margin: around the geometric rays [lambda N]; a fraction of 0.2 / margin of the light lies beyond.
+    even_squares: as of `FieldPsf`.
     """
 
     lens_psf: WavefrontPsf
@@ -38,11 +41,27 @@ class RotatedKernels:
     radii_px: tuple[float, ...]
     varies: bool
     margin: float
+    even_squares: bool = False
+
+    @cached_property
+    def per_photosite(self) -> int:
+        """Samples of computed kernels per photosite and axis, odd: as many as hold what the photosites see."""
+        if not self.even_squares:
+            return SAMPLES
+        lens = self.lens_psf
+        cutoff = lens.pitch_um / (1e-3 * float(np.min(lens.wavelengths_nm)) * lens.f_number)  # cycles per photosite
+        return min(max(SAMPLES, odd(2.0 * (cutoff + LOST[0]))), MOST_SAMPLES)
 
     @cached_property
     def size_px(self) -> int:
         """Photosites across kernels, before the sampling widens them."""
         return max(self._sizes_px.values())
+
+    def computed(self, size_px: int, least_px: int) -> np.ndarray:
+        """1 where wave optics tells the light of kernels of odd size, and to a least reach, (radii, 1, size, size); else 0."""
+        away_px = np.abs(np.arange(size_px) - size_px // 2)
+        half_px = np.array([max(self._sizes_px[radius_px] // 2, least_px) for radius_px in self.radii_px])
+        return (np.maximum(away_px[:, None], away_px) <= half_px[:, None, None]).astype(np.float32)[:, None]
 
     @cached_property
     def _sizes_px(self) -> dict[float, int]:
@@ -63,13 +82,15 @@ class RotatedKernels:
 
     def photosites(self, samples: np.ndarray) -> np.ndarray:
         """Response of photosites to the light of `samples`, (radii, channels, size, size) float32."""
-        down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.lens_psf.pitch_um).astype(np.float32)
+        size = self.size_px, self.per_photosite, self.lens_psf.pitch_um
+        matrix = square_matrix(self.sampling, *size) if self.even_squares else self.sampling.photosite_matrix(*size)
+        down = matrix.astype(np.float32)
         rows, columns, *kernels = samples.shape
         tall = (down @ samples.reshape(rows, -1)).reshape(len(down), columns, -1)
         return np.asarray(np.moveaxis(down @ tall, -1, 0).reshape(*kernels, len(down), len(down)))
 
     def samples(self, field_xy: tuple[float, float]) -> np.ndarray:
-        """Light of a point at the computed radii, SAMPLES per photosite and axis.
+        """Light of a point at the computed radii, `per_photosite` samples per photosite and axis.
 
         (samples, samples, radii, channels) float32: what is done with a place is done with all kernels there.
         """
@@ -131,10 +152,10 @@ class RotatedKernels:
         return _by_place(_spline_coefficients(made) if self.varies else made)
 
     def _samples(self, radius_px: float, field_xy: tuple[float, float], opening: Opening) -> np.ndarray:
-        size_px = self._sizes_px[radius_px]
-        lens = replace(self.lens_psf, size_px=size_px, cells=SAMPLES, opening=opening)
-        pad = SAMPLES * (self.size_px - size_px) // 2
-        found = [lens.cell_kernel(channel, radius_px, field_xy, KEPT) for channel in range(len(lens.wavelengths_nm))]
+        size_px, finer = self._sizes_px[radius_px], self.per_photosite
+        lens = replace(self.lens_psf, size_px=size_px, cells=finer, opening=opening)
+        pad, kept = finer * (self.size_px - size_px) // 2, (0.5 * finer - LOST[0], 0.5 * finer - LOST[1])
+        found = [lens.cell_kernel(channel, radius_px, field_xy, kept) for channel in range(len(lens.wavelengths_nm))]
         return np.pad(np.stack(found), ((0, 0), (pad, pad), (pad, pad)))
 
     def _size_px(self, radius_px: float) -> int:

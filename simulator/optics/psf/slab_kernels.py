@@ -169,18 +169,19 @@ def _choose_steps(of: Keyed, seen: Visibility) -> tuple[int, tuple[int, int], fl
     radii, varies = psf.radii_px, psf.nodes != (1, 1)
     lens = _of_one_color(psf.lens_psf)
     lens = replace(lens, opening=ROUND) if varies else lens
+    how = varies, _margins(seen)[0], psf.even_squares
     few = [slab for slab in range(1, len(radii)) if psf.is_continuous(slab)]
     between, beside = 0.0, 0.0
     for slab in few[:: max(1, len(few) // 2)]:
         step_px, middle_px = (radii[slab] - radii[slab - 1]) / FINER[0], 0.5 * (radii[slab - 1] + radii[slab])
         around_px = middle_px + step_px * np.array([-1.5, -0.5, 0.5, 1.5])
         _, weights = lagrange_weights(around_px, middle_px)
-        measured = RotatedKernels(lens, psf.sampling, (*around_px.tolist(), middle_px), varies, _margins(seen)[0])
+        measured = RotatedKernels(lens, psf.sampling, (*around_px.tolist(), middle_px), *how)
         for height in HEIGHTS if varies else (0.0,):
             kernels = measured.kernels((height, 0.0))[:, 0]
             between = max(between, seen.error(kernels[-1] - np.tensordot(weights, kernels[:-1], axes=1)))
     for radius_px in radii[:: len(radii) - 1] if varies else ():
-        one = RotatedKernels(lens, psf.sampling, (radius_px,), varies, _margins(seen)[0])
+        one = RotatedKernels(lens, psf.sampling, (radius_px,), *how)
         for height in HEIGHTS:
             ahead, here, behind = (one.kernels((height + step, 0.0))[0, 0] for step in (-0.125, 0.0, 0.125))
             beside = max(beside, seen.error(here - 0.5 * (ahead + behind)))
@@ -214,7 +215,7 @@ def _blade_error(of: Keyed, seen: Visibility) -> float:
     turned = opening.with_corner(math.pi / (BLADE_TURNS * opening.blades))  # the field is along x, and kernels are not turned
     lens = replace(_of_one_color(lens), opening=turned)
     for radius_px, height in itertools.product(psf.radii_px[:: len(psf.radii_px) - 1], BLADE_HEIGHTS):
-        made = RotatedKernels(lens, psf.sampling, (radius_px,), True, _margins(seen)[0])
+        made = RotatedKernels(lens, psf.sampling, (radius_px,), True, _margins(seen)[0], psf.even_squares)
         found = max(found, seen.error((made.kernels((height, 0.0)) - made.computed_kernels((height, 0.0)))[0, 0]))
     return found
 
@@ -234,15 +235,16 @@ def _made(of: Keyed, channels: int) -> SlabKernels:
     assert psf.core is not None and seen is not None and isinstance(lens, WavefrontPsf)  # plan_slabs
     tails = [slab_tail(psf, seen, channel, psf.core.cell_px) for channel in range(channels)]
     within, tail, smooth = (np.array([getattr(one, name) for one in tails]) for name in ("within", "cells", "spread"))
-    light = 1.0 - tail.sum(axis=(1, 2))
+    light, farthest_px = 1.0 - tail.sum(axis=(1, 2)), max(one.core_px for one in tails)
     margin = _margin(psf, seen, psf.core.cell_px)
-    source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin)
+    source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin, psf.even_squares)
 
     def tables(field_xy: tuple[float, float]) -> _Tables:
         samples = source.samples(field_xy)
         kernels = source.photosites(samples)[..., ::-1, ::-1] / within[:, None, None]
         near = _of_size(smooth, kernels.shape[-1])
-        return _Tables(np.asarray(kernels - near), near, samples[::-1, ::-1])
+        own = (kernels - near) * source.computed(kernels.shape[-1], farthest_px)  # what lies beyond is the tail's
+        return _Tables(np.asarray(own), near, samples[::-1, ::-1])
 
     zones = _zones(psf, tables, light)
     rows, columns = psf.nodes

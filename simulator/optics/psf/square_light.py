@@ -19,15 +19,16 @@ def line_weights(
     size: tuple[int, int],
     *,
     is_tent: bool = False,
+    of_samples: bool = False,
 ) -> np.ndarray:
     """Weights of the cells of a kernel in photosites so far from the middle of a pixel of light 1, (photosites, cells) float64.
 
     The light of a photosite is down @ cells @ across.T. size: cells across, and per photosite, both odd, which are integrals of
-    a function that is band-limited to them. width_px: of the pixel [photosites]. is_tent: whether its light is bilinear, and
-    twice as wide at its foot.
+    a function that is band-limited to them; of_samples: they are samples of it. width_px: of the pixel [photosites].
+    is_tent: whether its light is bilinear, and twice as wide at its foot.
     """
     period = 2 * math.ceil(np.abs(away_px).max() + 0.5 * size[0] / size[1] + 1.0)
-    cycles, spectrum = _spectrum(sampling, *size, pitch_um, width_px, is_tent, period)
+    cycles, spectrum = _spectrum(sampling, *size, pitch_um, width_px, is_tent, of_samples, period)
     return np.ascontiguousarray(np.real(np.exp(2j * math.pi * np.outer(away_px, cycles)) @ spectrum))
 
 
@@ -42,6 +43,13 @@ def square_phases(sampling: Sampling, pitch_um: float, cells: np.ndarray, per_ph
     halves = [line @ cells for line in lines]
     found = np.maximum(np.array([half @ line.T for half in halves for line in lines]), 0.0)
     return found * (cells.sum(dtype=np.float64) / found.sum())
+
+
+def square_matrix(sampling: Sampling, size_px: int, per_photosite: int, pitch_um: float) -> np.ndarray:
+    """As `Sampling.photosite_matrix`, of light samples that are the even squares of a scene, one per photosite."""
+    reach_px = size_px // 2 + sampling.margin_px(pitch_um)
+    away_px, size = np.arange(-reach_px, reach_px + 1.0), (per_photosite * size_px, per_photosite)
+    return line_weights(sampling, pitch_um, away_px, 1.0, size, of_samples=True)
 
 
 @lru_cache(maxsize=8)
@@ -72,7 +80,14 @@ def shared_length(sampling: Sampling, pitch_um: float, away_px: np.ndarray, widt
 
 @lru_cache(maxsize=8)
 def _spectrum(
-    sampling: Sampling, count: int, per_photosite: int, pitch_um: float, width_px: float, is_tent: bool, period: int
+    sampling: Sampling,
+    count: int,
+    per_photosite: int,
+    pitch_um: float,
+    width_px: float,
+    is_tent: bool,
+    of_samples: bool,
+    period: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies [cycles per photosite], and the spectrum at each of the light of cells, (frequencies, cells).
 
@@ -80,7 +95,8 @@ def _spectrum(
     """
     cycles = np.arange(-per_photosite * period // 2, per_photosite * period // 2 + 1) / period
     transfer = sampling.transfer(cycles / pitch_um, pitch_um) * np.sinc(cycles * width_px) ** (1 + is_tent)
-    transfer /= np.sinc(cycles / per_photosite)
+    if not of_samples:
+        transfer /= np.sinc(cycles / per_photosite)
     transfer[[0, -1]] *= 0.5
     into = np.exp(-2j * math.pi * np.outer(cycles, (np.arange(count) - count // 2) / per_photosite))
     return cycles, np.ascontiguousarray((width_px / period * transfer)[:, None] * into)

@@ -17,6 +17,7 @@ from scipy.signal import fftconvolve
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.psf.kernel_split import gather_table
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
@@ -78,16 +79,21 @@ def error_of(shot: Shot, kind: str) -> float:
 
 @pytest.mark.parametrize("kind", ["random", "faint"])
 def test_what_kernels_lack_that_spread_each_layer_by_itself_is_stated(kind):
-    """Layers behind the images of the aperture, seen together and then spread, against each spread by itself."""
-    planned = plan(layered_shot(kind, apart_px=0.0))
-    psf = dataclasses.replace(planned.optics.psf, radii_px=(0.0,), core=None, seen=None)
-    assert psf.by_distance and psf.over == 1
+    """Layers behind the images of the aperture, seen together and then spread, against each spread by itself.
 
-    def spread(plane: np.ndarray) -> np.ndarray:
-        return fftconvolve(np.pad(plane, 48, mode="edge"), psf.kernel(0, 0, False, 0, 0)[0], mode="same")[48:-48, 48:-48]
+    On 4 x 4 squares to a photosite.
+    """
+    planned, over = plan(layered_shot(kind, apart_px=0.0)), 4
+    psf = dataclasses.replace(planned.optics.psf, radii_px=(0.0,), core=None, seen=None, over=over)
+    assert psf.by_distance and planned.optics.psf.over == 1
+    table, beside = gather_table(psf.kernel(0, 0, False, 0, 0)), over * 48
 
-    cover, front, behind = holes(kind)
-    cover, front = (convolve(one, disk_weights(NEAR_PX), mode="nearest") for one in (cover, front))
+    def spread(fine: np.ndarray) -> np.ndarray:
+        around = fftconvolve(np.pad(fine, beside, mode="edge"), table, mode="same")
+        return around[beside:-beside:over, beside:-beside:over]
+
+    cover, front, behind = (np.kron(one, np.ones((over, over))) for one in holes(kind))
+    cover, front = (convolve(one, disk_weights(over * NEAR_PX), mode="nearest") for one in (cover, front))
     apart, together = spread(front) + (1.0 - spread(cover)) * spread(behind), spread(front + (1.0 - cover) * behind)
     error = statistics(z_scores(apart[SHOWN, SHOWN], together[SHOWN, SHOWN], BRIGHTEST_E)).p99_9
     (told,) = (one.sigma for one in planned.error_budget.terms if "each layer by itself" in one.cause)
