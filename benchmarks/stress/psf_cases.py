@@ -16,7 +16,7 @@ from simulator.device import Device
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.pipeline.execution import expose
-from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 
 from .inputs import number, picture
@@ -28,20 +28,47 @@ PSF_SIDE, PSF_MARGIN, PSF_WALLS = 96, 64, 160
 
 
 def run_psf(device: Device, inputs: Inputs) -> Outcome:
-    """A frame through diffraction and a low-pass filter, against SciPy's convolution with the planned kernel."""
+    """A chart through diffraction and a low-pass filter, against SciPy's convolution with the planned kernel."""
     planes = picture(inputs).astype(np.float64)
     low_pass = number(inputs, "low_pass_um")
-    camera = green_camera(PSF_SIDE, PSF_SIDE, **({"low_pass_um": low_pass} if low_pass else {}))
+    planned, found = frame_of(device, planes, inputs, "nearest", **({"low_pass_um": low_pass} if low_pass else {}))
+    truth = planes if planned.optics.psf is None else spread_light(planned.optics, planes)
+    electrons = number(inputs, "electrons")
+    return Outcome(electrons * found, electrons * truth)
+
+
+def run_psf_highlights(device: Device, inputs: Inputs) -> Outcome:
+    """A photograph with highlights and no lamps through diffraction: what rings is clipped for light above the limit."""
+    planes = picture(inputs).astype(np.float64)
+    planned, found = frame_of(device, planes, inputs, "bilinear")
+    psf, weight, electrons = planned.optics.psf, float(planned.optics.weights.sum()), number(inputs, "electrons")
+    if psf is None or planned.optics.lamps is not None:
+        return Outcome(np.zeros(1), np.zeros(1))
+    dim = np.minimum(planes, psf.highlight_limits[0] / weight) if psf.has_ringing(0, 0) else planes
+    parts = ((dim, False), (planes - dim, True))
+    truth = sum(spread_by(psf.kernel(0, 0, positive, 0, 0).sum(axis=0), light) for light, positive in parts)
+    return Outcome(electrons * found, electrons * np.maximum(truth, 0.0))
+
+
+def frame_of(
+    device: Device, planes: np.ndarray, inputs: Inputs, interpolation: str, **settings: float
+) -> tuple[Plan, np.ndarray]:
+    """Plan of a scene in focus of one pixel per photosite, by kernels alone; its light in units of planes, float64."""
+    camera = green_camera(PSF_SIDE, PSF_SIDE, **settings)
     through = ThinLens(50.0, number(inputs, "f_number"), cos4=False, diffraction=True)
-    shot = Shot(band_scene(planes, math.inf, interpolation="nearest"), through, EXPOSURE, camera)
+    shot = Shot(band_scene(planes, math.inf, interpolation=interpolation), through, EXPOSURE, camera)
     unit = plan(shot).optics
     per_plane = float(unit.accuracy.electrons_per_radiance * unit.weights.sum())
     exposure = replace(EXPOSURE, time_s=EXPOSURE.time_s * number(inputs, "electrons") / per_plane)
     planned = measure(without_wings(plan(replace(shot, exposure=exposure))), device)
-    found = device.download(expose(planned, device), (PSF_SIDE, PSF_SIDE), np.float32) / planned.optics.weights.sum()
-    truth = planes if planned.optics.psf is None else spread_light(planned.optics, planes)
-    electrons = number(inputs, "electrons")
-    return Outcome(electrons * found.astype(np.float64), electrons * truth)
+    light = device.download(expose(planned, device), (PSF_SIDE, PSF_SIDE), np.float32)
+    return planned, light.astype(np.float64) / float(planned.optics.weights.sum())
+
+
+def spread_by(kernel: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """Light that goes on as it ends, convolved with a kernel."""
+    found = fftconvolve(np.pad(light, PSF_MARGIN, mode="edge"), kernel, mode="same")
+    return np.asarray(found[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN])
 
 
 def spread_light(optics: OpticsPlan, planes: np.ndarray) -> np.ndarray:
@@ -57,12 +84,7 @@ def spread_light(optics: OpticsPlan, planes: np.ndarray) -> np.ndarray:
         kept, drawn = optics.lamps.split(planes[..., None], optics.weights)
         picture[place], lamps[place] = kept[:, 0] / weight, drawn[:, 0] / weight
     kernel = psf.kernel(0, 0, False, 0, 0).sum(axis=0)
-
-    def spread(light: np.ndarray) -> np.ndarray:
-        found = fftconvolve(np.pad(light, PSF_MARGIN, mode="edge"), kernel, mode="same")
-        return np.maximum(found[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN], 0.0)
-
-    return spread(picture) + spread(lamps)
+    return sum(np.maximum(spread_by(kernel, light), 0.0) for light in (picture, lamps))
 
 
 BESIDE_STEP_PX = 24  # photosites beside the step between two walls, whose light mixes
@@ -86,8 +108,7 @@ def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
         if psf is None or not psf.is_gathered_by_distance:
             break  # of walls alike, which other kernels compute
         kernel = replace(psf, radii_px=(radius_px,), core=None).kernel(0, 0, False, 0, 0)[0]
-        spread = fftconvolve(np.pad(planes, PSF_MARGIN, mode="edge"), kernel, mode="same")
-        truth.append(np.maximum(spread[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN][:, columns], 0.0))
+        truth.append(np.maximum(spread_by(kernel, planes)[:, columns], 0.0))
         found.append(light[:, columns])
     if not found:
         return Outcome(np.zeros(1), np.zeros(1))
@@ -99,7 +120,7 @@ def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
 CASES = (
     StressCase(
         "psf",
-        ("psf_gather", "psf_cells", "psf_tail", "psf_extremes", "lamps"),
+        ("psf_gather", "psf_cells", "psf_tail", "lamps"),
         {
             "light": Picture((PSF_SIDE, PSF_SIDE), 1e-9, 1e3),
             "f_number": Real(2.0, 45.0, log=True, switches=(4.0, 8.0, 16.0, 22.0)),
@@ -107,6 +128,18 @@ CASES = (
             "electrons": Real(5.0, 2e4, log=True),
         },
         run_psf,
+        KEPT,
+        most_sigma=0.5,
+    ),
+    StressCase(
+        "psf_highlights",
+        ("psf_extremes",),
+        {
+            "light": Picture((PSF_SIDE, PSF_SIDE), 0.05, 1.0),
+            "f_number": Real(1.4, 11.0, log=True, switches=(2.8, 4.0, 8.0)),
+            "electrons": Real(5.0, 2e4, log=True),
+        },
+        run_psf_highlights,
         KEPT,
         most_sigma=0.5,
     ),

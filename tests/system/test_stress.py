@@ -99,6 +99,15 @@ def test_circles_inside_a_photosite_blur_behind_the_edge_of_a_nearer_surface(dev
     assert found is not None and 0.0 < found["promises"] <= 0.5
 
 
+@pytest.mark.parametrize(("near_px", "far_px"), [(-3.8081044559953945, 13.684091177843944), (-2.0, 13.7)])
+def test_edges_of_small_circles_before_large_ones_keep_what_is_told_of_their_samples(device, near_px, far_px):
+    """Where a search found 2.3 times of it: beside circles of more than 12 photosites layers had one sample per photosite."""
+    case = next(case for case in CASES if case.name == "occlusion")
+    layers = {"kind": "layers", "near_px": near_px, "far_px": far_px, "slope": 0.3, "period_px": 9.0}
+    found = case.measure(device, {**layers, "electrons": 735.1})
+    assert found is not None and 0.0 < found["promises"] <= 0.1
+
+
 @pytest.mark.parametrize(("scale", "electrons"), [(2.7, 6289.0), (2.7, 2e4)])
 def test_rims_of_single_bright_pixels_over_black_keep_what_is_told_of_rectangles(device, scale, electrons):
     """Where a search found 1.6 times of it, at half a photosite, for which the aperture had as few rectangles as for none."""

@@ -160,8 +160,8 @@ def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndar
     smallest, step = _smallest_radius(around, visible), float(accuracy.detail > 0.0)
     samples_per_axis = defocus.samples_per_axis(smallest, largest)
     is_product = ~several & (visible.sum(axis=0) > 1) & (product_error(largest, step) > accuracy.allowed)
-    if step:  # wide circles take samples enough for the edges of what is in focus beside them
-        samples_per_axis = np.where(is_product, defocus.samples_per_axis(smallest, smallest), samples_per_axis)
+    if step:  # wide circles take samples enough for the edges of what has smaller ones beside them
+        samples_per_axis = np.where(is_product | several, defocus.samples_per_axis(smallest, smallest), samples_per_axis)
     samples_per_axis = np.maximum(samples_per_axis, min(defocus.wider, 4))  # edges stay where the camera's photosites show them
     apart = ~several & ((samples_per_axis == 1) | ~is_product)
     conditions = [single & (largest <= defocus.copied_px), single & smooth, smooth & apart, smooth]
