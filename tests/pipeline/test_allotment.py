@@ -99,6 +99,14 @@ def test_squares_that_a_smaller_tolerance_would_gather_one_by_one_are(tmp_path):
         assert not budget.is_clamped and any("scene's pixels" in term.cause for term in budget.terms)
 
 
+def test_large_circles_have_the_samples_of_small_ones_where_less_is_left_so(tmp_path):
+    """A tilted wall of four pixels per photosite: 5 sigma were told and 1 left at a third of the tolerance that it keeps."""
+    shot = load_shot(draw_shot(9401, 90).write(tmp_path))
+    found, tighter = (plan(dataclasses.replace(shot, tolerance=own)).error_budget for own in (1.0, 1.0 / 3.0))
+    assert not found.is_clamped and not tighter.is_clamped
+    assert tighter.predicted_sigma < found.predicted_sigma
+
+
 def test_what_does_not_fall_leaves_the_first_plan_and_a_warning(tmp_path):
     """Three layers with circles as small as the samples: more points of the aperture would be taken in vain."""
     planned = plan(load_shot(draw_shot(7, 3).write(tmp_path)))

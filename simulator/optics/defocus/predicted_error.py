@@ -49,6 +49,7 @@ from simulator.optics.error_term import ErrorTerm, Limit, together
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
 OF_BOTH = 1.3  # second difference of random light along both axes, over the larger of them: 99.9 % of the photosites
+FALLS = 1.01  # times what the finest samples leave, above which an error becomes smaller with the tolerance
 WHOLE_SCENE = "give a scene of a pixel per photosite, or a tolerance above 0"
 EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
@@ -145,16 +146,17 @@ def error_terms(
             TIGHTER,
             falls=True,
         )
+        falls = False
         if accuracy.detail:
-            left = nodes_of_squares(own, contrast.around, contrast.curvature, is_alone=is_alone)
-            left = max(left, contrast.in_focus if own.area.has_squares(finest) else 0.0)
+            in_focus = contrast.in_focus if own.area.has_squares(finest) else 0.0
+            seen = contrast.around, contrast.curvature
+            left, least = (max(nodes_of_squares(one, *seen, is_alone=is_alone), in_focus) for one in (own, at_finest(own)))
+            falls = left > FALLS * least  # larger circles may have fewer samples than the smallest
         else:
             copied_px = own.copied_px if is_alone else 0.0  # before or behind others that are blurred nothing is
             least_px = max(min(least for least, _ in sloped), within_px, copied_px)
             left = nodes_error(least_px, max(most for _, most in sloped), contrast.around, contrast.curvature)
-        add(
-            "images of the aperture between radii that are tabulated", left, RAYS, falls=bool(accuracy.detail) and not is_finest
-        )
+        add("images of the aperture between radii that are tabulated", left, RAYS, falls=falls)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         is_mixed, dark = not is_sloped and defocus.scale >= 1.0 - 1e-6, contrast.around_lamps
         shares = _spot_shares(own, contrast, reads_pixels=reads_pixels) if is_mixed else (RIM_SHARE, 0.0)

@@ -72,7 +72,7 @@ def psf_errors(
         found.append(
             ErrorTerm(PSF, "light of whole photosites behind a blur, which a low-pass or open area divides", error, BLURRED)
         )
-    elif smallest_px is not None and is_fine and not psf.by_distance and isinstance(psf.lens_psf, WavefrontPsf):
+    if smallest_px is not None and is_fine and not psf.by_distance and isinstance(psf.lens_psf, WavefrontPsf):
         left = max(diffracted_light_error(smallest_px, spread_share(psf)), _corrected_error(psf, psf.lens_psf, smallest_px))
         error = accuracy.in_sigma(contrast * left)
         found.append(
