@@ -107,10 +107,10 @@ def aperture_samples(
 ) -> np.ndarray:
     """Samples of low discrepancy, (count, 5) float32: x, y in the pupil; x, y in the photosite; phase from 0 to 1.
 
-    They are Sobol' points in five dimensions; a pupil with blades takes the first two from `Pupil.points`. relaxed: the first
-    two are `relaxed_points`, of a round pupil: better alone, but not with the others. Places in the photosite are the
-    middles of its samples_per_axis x samples_per_axis samples, or have their variance less what lies outside its
-    light-sensitive square of this side [photosites]. count: a power of two.
+    They are Sobol' points in five dimensions, of which two are mapped to the pupil: others lie as evenly there, but not
+    together with places and phases. relaxed: these two are `relaxed_points`, of a round pupil: better alone, too. Places in
+    the photosite are the middles of its samples_per_axis x samples_per_axis samples, or have their variance less what lies
+    outside its light-sensitive square of this side [photosites]. count: a power of two.
     """
     square = sobol_points(count)
     if relaxed:
@@ -118,14 +118,14 @@ def aperture_samples(
     elif pupil.is_round:
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
-        x, y = pupil.points(count).T
+        x, y = pupil.map_unit_square(square[:, 0], square[:, 1])
     place = _places(square[:, 2:4], samples_per_axis, open_side)
     return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
 
 
 def aperture_points(pupil: Pupil, fields: np.ndarray, count: int) -> np.ndarray:
     """x, y of aperture samples at each field (n, 2) as in `Pupil`, (n, count, 2) float32; they move continuously with it."""
-    return points_of(pupil, fields, count).astype(np.float32)
+    return points_of(pupil, fields, sobol_points(count)[:, :2]).astype(np.float32)
 
 
 def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

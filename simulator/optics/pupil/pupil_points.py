@@ -1,4 +1,4 @@
-"""Low-discrepancy points of the pupil at many fields at once."""
+"""Points of the pupil at many fields at once."""
 
 import math
 from functools import reduce
@@ -6,17 +6,21 @@ from functools import reduce
 import numpy as np
 
 from simulator.optics.pupil.convex_area import disk_span
-from simulator.optics.pupil.pupil import Pupil, generate_r2_points
+from simulator.optics.pupil.pupil import Pupil
 
 STRIPS = 512  # rows across each pupil: they give positions to 1e-4 except at the corners of blades
 
 
-def points_of(pupil: Pupil, fields: np.ndarray, count: int) -> np.ndarray:
-    """Points as of `Pupil.points` for many fields (n, 2), at each of which the pupil is open: (n, count, 2) float64."""
+def points_of(pupil: Pupil, fields: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """Points (count, 2) of the unit square as `Pupil.map_unit_square` maps them, for many fields (n, 2): (n, count, 2) float64.
+
+    The pupil is open at each of the fields.
+    """
     rows, left, widths = _spans_of(pupil, fields)
     pieces = 0.5 * (widths[:, 1:] + widths[:, :-1]) * np.diff(rows, axis=1)
     areas = np.concatenate([np.zeros((len(fields), 1)), np.cumsum(pieces, axis=1)], axis=1)
-    (chosen, across), points = generate_r2_points(count), np.empty((len(fields), count, 2))
+    points = np.empty((len(fields), len(square), 2))
+    chosen, across = square.T
     for own, row, start, width, area in zip(points, rows, left, widths, areas, strict=True):
         own[:, 1] = np.interp(chosen * area[-1], area, row)
         own[:, 0] = np.interp(own[:, 1], row, start) + across * np.interp(own[:, 1], row, width)
