@@ -15,7 +15,7 @@ from simulator.optics.psf.field_psf import RINGING, SLAB_PX, FieldPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.gather_kernels import positive_too
 from simulator.optics.psf.kernel_split import CELLS, Core, fits_tail
-from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, SAMPLES, RotatedKernels, lagrange_weights
+from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, RotatedKernels, lagrange_weights
 from simulator.optics.psf.slab_tails import REACHES_PX, Keyed, slab_tail
 from simulator.optics.psf.smooth_cores import ShownKernel, core_matrix
 from simulator.optics.psf.visibility import DARK_SHARE, Visibility
@@ -111,7 +111,7 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     finer, nodes, between = _choose_steps(Keyed(psf.key, psf), seen)
     radii_px = _widened(finer_radii(psf, finer))
     if len(radii_px) > MOST_SLABS or (
-        lens.opening.blades and psf.nodes != (1, 1) and _blade_bytes(lens, radii_px, own_px) > MOST_BYTES
+        lens.opening.blades and psf.nodes != (1, 1) and _blade_bytes(psf, radii_px, own_px) > MOST_BYTES
     ):
         return given
     psf = replace(psf, radii_px=tuple(radii_px), nodes=nodes)
@@ -198,9 +198,12 @@ def _choose_steps(of: Keyed, seen: Visibility) -> tuple[int, tuple[int, int], fl
     return finer, (rows, columns), between + left
 
 
-def _blade_bytes(lens: WavefrontPsf, radii_px: list[float], reach_px: int) -> int:
+def _blade_bytes(psf: FieldPsf, radii_px: list[float], reach_px: int) -> int:
     """Memory of what blades change, of kernels with this reach."""
-    samples = len(radii_px) * len(lens.wavelengths_nm) * (SAMPLES * (2 * reach_px + 1)) ** 2
+    lens = psf.lens_psf
+    assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
+    finer = RotatedKernels(lens, psf.sampling, tuple(radii_px), True, 0.0, psf.even_squares).per_photosite
+    samples = len(radii_px) * len(lens.wavelengths_nm) * (finer * (2 * reach_px + 1)) ** 2
     return 4 * BLADE_TURNS * len(BLADE_STEPS) * samples
 
 
