@@ -149,7 +149,8 @@ def with_defocus(
             return planned
         left_out = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)
         per_share = electrons_per_radiance(lens, sensor) / accuracy.electrons
-        contrast = sharp_contrast(loaded, planned.weights, per_share, left_out, is_at_rest=is_at_rest)
+        how = {"is_at_rest": is_at_rest, "is_bilinear": planned.projection.is_bilinear}
+        contrast = sharp_contrast(loaded, planned.weights, per_share, left_out, **how)
         return replace(planned, ignored_px=ignored_px, contrast=contrast)
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):

@@ -247,13 +247,16 @@ def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:
 
 
 def sharp_contrast(
-    scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus, *, is_at_rest: bool = False
+    scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus, *, is_at_rest: bool = False, is_bilinear: bool
 ) -> SceneContrast:
-    """Measure the contrast on which the error of leaving out a blur depends; the arguments are those of `scene_contrast`."""
+    """Measure the contrast on which the error of leaving out a blur depends.
+
+    is_bilinear: whether photosites are means of light between pixels. Other arguments are those of `scene_contrast`.
+    """
     own = per_share * weights, defocus, is_at_rest
     every = [curvatures(scene, number, *own, along_both=True)[0] for number in range(len(scene.layers))]
     flattened, accuracy = 0.0, defocus.accuracy
-    if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
+    if is_bilinear:
         flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
     few = max(_brightest_of_few(layer, per_share * weights) for layer in scene.layers)
     crossings = border_crossings(scene, per_share * weights, defocus) if accuracy.detail else 0.0

@@ -260,17 +260,17 @@ def test_a_tail_wider_than_the_kernels_beside_it_finds_its_cells(device, tmp_pat
 
 @pytest.mark.slow
 def test_the_dark_of_a_near_layer_does_not_see_the_tail_of_the_light_it_hides(device, tmp_path):
-    """70 e- near the focus before 19,000: the core took away less than the tail had too much, by 2.3 sigma."""
-    drawn = load_shot(draw_shot(6601, 77).write(tmp_path))
-    near, far = drawn.scene.layers
-    apart = near, dataclasses.replace(far, depth_m=1.728)  # one kernel serves both where they are
-    shot = dataclasses.replace(drawn, scene=dataclasses.replace(drawn.scene, layers=apart))
+    """Both near the focus, 70 e- before 19,000: the core took away less than the tail had too much, by 2.5 sigma.
+
+    Composited before the light between their pixels is, as layers are whose blur is left out, they would be 24 sigma off.
+    """
+    shot = load_shot(draw_shot(6601, 77).write(tmp_path))
     exact = dataclasses.replace(shot, tolerance=0.0)
     planned = measure(plan(shot), device)
     assert planned.optics.psf is not None and planned.optics.psf.is_gathered_by_distance
     found, truth = run(planned, shot, device), run(measure(without_layer_rays(plan(exact)), device), exact, device)
     noise_e = np.sqrt(np.maximum(truth + planned.optics.accuracy.read_noise_e**2, 1.0))
-    assert np.quantile(np.abs(found - truth) / noise_e, 0.999) < 0.4
+    assert np.quantile(np.abs(found - truth) / noise_e, 0.999) < 0.3
 
 
 @pytest.mark.parametrize(
