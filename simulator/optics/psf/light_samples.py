@@ -4,8 +4,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from simulator.optics.defocus.accuracy import RAY_ERROR, Accuracy
 from simulator.optics.geometry.footprint import pixels_read
 from simulator.optics.geometry.projection import Projection
@@ -21,15 +19,13 @@ MOST_SIDE_PX, MOST_READS = 3.0, 40  # of a footprint [photosites], and pixels of
 FOOTPRINT_SHARE = 0.8  # of the tolerance of the photograph, for the same of samples of a footprint
 
 
-def choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, scale: float, pitch_um: float) -> int:
+def choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, scale: float) -> int:
     """Light samples per photosite and axis: as many as scene pixels, where the lens resolves detail finer than photosites."""
     most = MOST_OVER
     if isinstance(lens_psf, PsfTable):
         most = min(most, lens_psf.cells)
-    elif lens_psf is not None:
-        cutoff = pitch_um / (1e-3 * float(np.min(lens_psf.wavelengths_nm)) * lens_psf.f_number)  # cycles per photosite
-        if cutoff < 0.25:
-            return 1
+    elif lens_psf is not None and lens_psf.cutoff < 0.25:
+        return 1
     least = 2 if sampling.fill_factor < 1.0 else 1
     return min(max(round(scale), least), most)
 
@@ -37,8 +33,8 @@ def choose_over(lens_psf: WavefrontPsf | PsfTable | None, sampling: Sampling, sc
 def has_squares(psf: FieldPsf, projection: Projection) -> bool:
     """Whether samples of light are even squares behind the optics of a lens: where they are those of the scene.
 
-    Others are means over several of its pixels, those behind a blur have no edges, and a table in whole photosites does not
-    tell what is finer.
+    Others are means over several of its pixels, those behind the blur of geometry have no edges, and a table in whole
+    photosites does not tell what is finer.
     """
     are_squares = projection.has_square_pixels and projection.whole_pixels((psf.over,)) == psf.over and not psf.footprints
     is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1

@@ -200,7 +200,7 @@ def _at_own_distances(
     """
     if not psf.corrected_px or defocus is None or defocus.maps or defocus.eyes is not None or not scene.behind:
         return psf
-    over = choose_over(psf.lens_psf, psf.sampling, projection.scale, psf.pitch_um)
+    over = choose_over(psf.lens_psf, psf.sampling, projection.scale)
     radii_px = tuple(sorted({float(radius) for radius in defocus.radii_px}))
     if over > 1 or len(radii_px) < 2:
         return psf
@@ -281,7 +281,7 @@ def plan_psf(
     if tolerance and by_distance and _is_ideal(lens_psf) and defocus is not None and len(radii_px) > 1:
         radii_px, by_distance, corrected_px = (0.0,), False, _corrected_px(lens_psf, defocus)
     nodes = FIELD_NODES if _varies_over_field(lens_psf) else (1, 1)
-    over = choose_over(lens_psf, sampling, scale, camera.pixel_pitch_um) if by_distance else 1
+    over = choose_over(lens_psf, sampling, scale) if by_distance else 1
     pupil, sensor_px = replace(lens.pupil, stops=()), (camera.width_px, camera.height_px)
     return FieldPsf(
         lens_psf,

@@ -45,12 +45,8 @@ class RotatedKernels:
 
     @cached_property
     def per_photosite(self) -> int:
-        """Samples of computed kernels per photosite and axis, odd: as many as hold what the photosites see."""
-        if not self.even_squares:
-            return SAMPLES
-        lens = self.lens_psf
-        cutoff = lens.pitch_um / (1e-3 * float(np.min(lens.wavelengths_nm)) * lens.f_number)  # cycles per photosite
-        return min(max(SAMPLES, odd(2.0 * (cutoff + LOST[0]))), MOST_SAMPLES)
+        """`samples_of` these kernels."""
+        return samples_of(self.lens_psf, even_squares=self.even_squares)
 
     @cached_property
     def size_px(self) -> int:
@@ -172,6 +168,11 @@ class RotatedKernels:
     @cached_property
     def _changes(self) -> dict[int, np.ndarray]:
         return {}
+
+
+def samples_of(lens_psf: WavefrontPsf, *, even_squares: bool) -> int:
+    """Samples of computed kernels per photosite and axis, odd: as many as hold what photosites see of such light."""
+    return min(max(SAMPLES, odd(2.0 * (lens_psf.cutoff + LOST[0]))), MOST_SAMPLES) if even_squares else SAMPLES
 
 
 def _by_place(kernels: np.ndarray) -> np.ndarray:

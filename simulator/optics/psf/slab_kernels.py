@@ -15,7 +15,7 @@ from simulator.optics.psf.field_psf import RINGING, SLAB_PX, FieldPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.gather_kernels import positive_too
 from simulator.optics.psf.kernel_split import CELLS, Core, fits_tail
-from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, RotatedKernels, lagrange_weights
+from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, RotatedKernels, lagrange_weights, samples_of
 from simulator.optics.psf.slab_tails import REACHES_PX, Keyed, slab_tail
 from simulator.optics.psf.smooth_cores import ShownKernel, core_matrix
 from simulator.optics.psf.visibility import DARK_SHARE, Visibility
@@ -202,8 +202,8 @@ def _blade_bytes(psf: FieldPsf, radii_px: list[float], reach_px: int) -> int:
     """Memory of what blades change, of kernels with this reach."""
     lens = psf.lens_psf
     assert isinstance(lens, WavefrontPsf)  # plan_slabs asks for no other
-    finer = RotatedKernels(lens, psf.sampling, tuple(radii_px), True, 0.0, psf.even_squares).per_photosite
-    samples = len(radii_px) * len(lens.wavelengths_nm) * (finer * (2 * reach_px + 1)) ** 2
+    across = samples_of(lens, even_squares=psf.even_squares) * (2 * reach_px + 1)
+    samples = len(radii_px) * len(lens.wavelengths_nm) * across**2
     return 4 * BLADE_TURNS * len(BLADE_STEPS) * samples
 
 

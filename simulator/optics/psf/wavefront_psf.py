@@ -55,6 +55,11 @@ class WavefrontPsf:
         require(good, "size of the kernels", f"{self.size_px} photosites", f"give an odd number up to {LARGEST_KERNEL_PX}")
         require(self.cells % 2 == 1 and self.cells > 0, "cells", self.cells, "give an odd number")
 
+    @property
+    def cutoff(self) -> float:
+        """Highest spatial frequency that the lens passes at its shortest wavelength, 1 / (lambda N) [cycles per photosite]."""
+        return self.pitch_um / (1e-3 * float(np.min(self.wavelengths_nm)) * self.f_number)
+
     def cell_kernel(
         self, channel: int, blur_radius_px: float, field_xy: tuple[float, float], kept: tuple[float, float] | None = None
     ) -> np.ndarray:
