@@ -290,4 +290,4 @@ def test_nothing_is_darker_beside_lamps(aberrations):
     assert planned.optics.psf is not None and slab_kernels_of(planned.optics.psf, 1).rings.any()
     unlit = dataclasses.replace(shot, scene=band_scene(dark, depth_m, interpolation="bilinear"))
     share = simulate(shot).mean_electrons / simulate(unlit).mean_electrons
-    assert np.quantile(share, 0.001) > 0.8
+    assert share.min() > 0.87
