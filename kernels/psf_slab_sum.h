@@ -1,4 +1,4 @@
-// What a photosite gathers from the surfaces around it through the kernels of one slab (kernels/psf_slabs.cl).
+// What photosites gather from the surfaces around them through the kernels of one slab (kernels/psf_slabs.cl).
 #ifndef PSF_SLAB_SUM_H
 #define PSF_SLAB_SUM_H
 #include "conventions.h"
@@ -6,49 +6,71 @@
 #include "lanes.h"
 #include "psf_slabs.h"
 
-// Adds to a span's sums what a row of taps gathers. light: (2, WIDE) even and odd columns of samples, from column FIRST on.
-INLINE void add_taps(const float *weight, const float *light, const size_t parity, float *sum) {
-    LANES
-    for (uint i = 0; i < SPAN; i++) {
-        float part = 0.0f;
-        __attribute__((opencl_unroll_hint(TAPS)))
-        for (uint t = 0; t < TAPS; t++) {
-            const int sample = (int)(parity + t) - TAPS / 2;
-            part += weight[t] * light[column_set(sample) * WIDE + column_in_set(sample) - FIRST + i];
+#define VECTOR (SPAN >= 16 ? 16 : 1)
+#define WIDE ((SPAN + MOST_TAPS / 2 + VECTOR) / VECTOR * VECTOR) // columns of a set that the taps of a span read, in whole vectors
+
+// Light of a slab in a row of photosites, and what of it is covered: (2, WIDE) even and odd columns.
+struct slab_row {
+    float lit[2 * WIDE], held[2 * WIDE], above[BRIGHT ? 2 * WIDE : 1];
+    uint any, high; // whether there is light of the slab, and any above the limit
+};
+
+// Adds to a span's sums, (NODE_SPAN, ROWS, SPAN) from this row's on, what `count` taps of a row gather. weight: (NODE_SPAN, ROOM), from
+// the first tap on. light, held: from its sample on.
+INLINE void add_taps(const float *weight, const float *light, const float *held, const size_t count, float *sum, float *seen) {
+    for (size_t first = 0; first < count; first += CHUNK) {
+        LANES
+        for (uint i = 0; i < SPAN; i++) {
+            float part[NODE_SPAN], covered[NODE_SPAN];
+            __attribute__((opencl_unroll_hint(NODE_SPAN)))
+            for (uint c = 0; c < NODE_SPAN; c++) part[c] = covered[c] = 0.0f;
+            __attribute__((opencl_unroll_hint(CHUNK)))
+            for (uint t = 0; t < CHUNK; t++) {
+                const size_t at = t % 2 * WIDE + first / 2 + t / 2 + i;
+                __attribute__((opencl_unroll_hint(NODE_SPAN)))
+                for (uint c = 0; c < NODE_SPAN; c++) {
+                    part[c] += weight[c * ROOM + first + t] * light[at];
+                    covered[c] += weight[c * ROOM + first + t] * held[at];
+                }
+            }
+            __attribute__((opencl_unroll_hint(NODE_SPAN)))
+            for (uint c = 0; c < NODE_SPAN; c++) {
+                sum[c * ROWS * SPAN + i] += part[c];
+                seen[c * ROWS * SPAN + i] += covered[c];
+            }
         }
-        sum[i] += part;
     }
 }
 
-// Sums of light and of coverage over the taps of one slab and of its columns of nodes: (NODE_SPAN, SPAN). from, cover, far: colour, coverage and
-// place at the span's first column of even photosites. set_step: elements to that of odd ones.
-INLINE void sum_slab(global const float *from, global const float *cover, global const float *far,
-                     global const float *of_slab, const struct slab_term term, const size_t set_step, const size_t columns,
-                     const size_t parity, const size_t pair_step, const size_t below, const size_t halves, const float share,
-                     const float limit, float *sum, float *seen) {
-    for (int j = 0; j < TAPS; j++) {
-        float lit[2 * WIDE], held[2 * WIDE], above[BRIGHT ? 2 * WIDE : 1];
-        uint any = 0, high = 0;
-        for (uint set = 0; set < 2; set++) {
-            const long start = (long)(set * set_step) + (j - TAPS / 2) * (long)columns + FIRST;
-            for (uint k = 0; k < WIDE; k++) {
-                const float own = slab_share(term, far[start + k]), value = from[start + k], dim = BRIGHT && value > limit ? limit : value;
-                lit[set * WIDE + k] = own * dim;
-                if (BRIGHT) above[set * WIDE + k] = own * (value - dim);
-                held[set * WIDE + k] = COVERAGE ? own * cover[start + k] : own;
-                any |= own != 0.0f;
-                high |= BRIGHT && value > limit;
+// The same of light alone.
+INLINE void add_light(const float *weight, const float *light, const size_t count, float *sum) {
+    for (uint c = 0; c < NODE_SPAN; c++)
+        for (size_t first = 0; first < count; first += CHUNK) {
+            LANES
+            for (uint i = 0; i < SPAN; i++) {
+                float part = 0.0f;
+                __attribute__((opencl_unroll_hint(CHUNK)))
+                for (uint t = 0; t < CHUNK; t++) part += weight[c * ROOM + first + t] * light[t % 2 * WIDE + first / 2 + t / 2 + i];
+                sum[c * ROWS * SPAN + i] += part;
             }
         }
-        if (!any) continue; // no photosite of the row is of this slab
-        for (uint c = 0; c < term.columns; c++) {
-            float weight[TAPS], excess[BRIGHT ? TAPS : 1];
-            mix_taps(TAPS, of_slab + c * pair_step + j * TAPS, below, halves, share, weight, excess);
-            add_taps(weight, lit, parity, sum + c * SPAN);
-            add_taps(weight, held, parity, seen + c * SPAN);
-            if (BRIGHT && high) add_taps(excess, above, parity, sum + c * SPAN);
-        }
-    }
+}
+
+// Reads `count` columns of both sets, in whole vectors. from, cover, far: colour, coverage and place at the first of the even photosites.
+INLINE void read_row(global const float *from, global const float *cover, global const float *far, const struct slab_term term,
+                     const size_t set_step, const size_t count, const float limit, struct slab_row *row) {
+    row->any = row->high = 0;
+    for (size_t set = 0; set < 2; set++)
+        for (size_t first = 0; first < count; first += VECTOR)
+            for (size_t k = first; k < first + VECTOR; k++) {
+                const float own = slab_share(term, far[set * set_step + k]), value = from[set * set_step + k];
+                const float dim = BRIGHT && value > limit ? limit : value;
+                row->lit[set * WIDE + k] = own * dim;
+                if (BRIGHT) row->above[set * WIDE + k] = own * (value - dim);
+                row->held[set * WIDE + k] = COVERAGE ? own * cover[set * set_step + k] : own;
+                row->any |= own != 0.0f;
+                row->high |= BRIGHT && value > limit;
+            }
 }
 
 #endif

@@ -12,22 +12,23 @@ EDGE_PX = 1.0  # difference in blur radius from which a slab occludes another
 EVEN_PX = 0.75  # largest range of the blur radius around a part whose photosites take the kernels of their own radius
 CUBIC = 4  # slabs that share the light of a radius
 PARTIAL = np.uint64(1 << 63)  # bit of a layer that does not cover all
-TERM = np.dtype([*((name, "u4") for name in ("pair", "node_column", "layer", "front", "columns", "ends")), ("number", "f4")])
+INTEGERS = ("core", "reach", "node_column", "layer", "front", "columns", "ends")
+TERM = np.dtype([*((name, "u4") for name in INTEGERS), ("number", "f4")])
 
 
 @dataclass(frozen=True)
 class BandNodes:
     """Nodes of kernels around a band.
 
-    rows: of nodes. present: (tiles, parts, node columns) whether a column of nodes has weight in a part of a tile.
-    reach_px, rings: (slabs, node columns) farthest reach of the kernels in these rows, and whether any rings.
+    present: (tiles, parts, node columns) whether a column of nodes has weight in a part of a tile.
+    reach_px, first: of `SlabKernels`. rings: (slabs, node columns) whether any kernel rings in the rows beside the band.
     radii_px: of the slabs, ascending.
     starts: number of the first slab of the surface of each. finer: light is counted at so many blur radii in place of a slab's.
     """
 
-    rows: range
     present: np.ndarray
     reach_px: np.ndarray
+    first: np.ndarray
     rings: np.ndarray
     radii_px: np.ndarray
     starts: np.ndarray
@@ -149,7 +150,8 @@ def make_slab_terms(
     place, layer, slab, column = np.nonzero(held[..., None] & present[:, None, None, :])
     before = np.concatenate([np.zeros((*held.shape[:2], 1), int), np.cumsum(held, axis=-1)], axis=-1)
     terms = np.zeros(len(place), TERM)
-    terms["pair"], terms["node_column"], terms["layer"] = slab * present.shape[1] + column, column, layer
+    terms["core"], terms["reach"] = nodes.first[slab, column], nodes.reach_px[slab, column]
+    terms["node_column"], terms["layer"] = column, layer
     terms["front"], terms["number"] = before[place, layer, nodes.occluding[slab]], slab
     terms["columns"] = present.sum(axis=1)[place]
     terms["ends"] = slab == held.shape[2] - 1 - held[..., ::-1].argmax(axis=-1)[place, layer]

@@ -22,8 +22,9 @@ from simulator.optics.passes.psf_bands import (
 from simulator.optics.passes.psf_slab_tiles import BandNodes, Surroundings, make_slab_terms
 from simulator.optics.passes.psf_tail import TailKernels, gather_tail
 from simulator.optics.psf.field_psf import FieldPsf
-from simulator.optics.psf.slab_kernels import FINEST, MOST_SLABS, slab_kernels_of
+from simulator.optics.psf.slab_kernels import CHUNK_TAPS, FINEST, MOST_SLABS, slab_kernels_of
 
+ROWS = 8  # of one colour that a work-item gathers, where it has several columns: TILE_ROWS is a multiple of twice as many
 UNLIMITED = 1e38  # limit of highlights where there are none
 
 
@@ -40,7 +41,6 @@ def gather_slabs(optics: OpticsPlan, device: Device, planes: Sequence[Buffer], p
     for count, band in enumerate(bands):
         gather.compute(band, light)
         device.finish()
-        gather.in_use.clear()
         progress((count + 1) / len(bands))
     return light
 
@@ -54,7 +54,7 @@ class SlabGather:
         self.radius_projection = optics.radius_projection
         self.channels, self.coverage, self.cfa = optics.channels, int(optics.has_coverage), optics.cfa
         self.kernels = slab_kernels_of(psf, self.channels)
-        self.in_use: dict[int, tuple[Buffer, np.ndarray]] = {}  # kernels by their reach, until the device has finished a band
+        self.lines = device.share(self.kernels.lines)
         self.planes = planes if self.coverage else planes[:1]
         layout, self.planes_each = band.layout, self.channels + self.coverage
         self.light = device.empty(layout.shape(len(self.planes) * self.planes_each), np.float32)
@@ -88,14 +88,12 @@ class SlabGather:
         numbers, across = node_limits(band, np.r_[self.limits, self.kernels.light], self.psf.x_px, self.psf.y_px)
         places = numbers[2 * self.channels : 2 * self.channels + band.rows]
         own = places[band.margin_rows : band.rows - band.margin_rows]  # of the whole band, so that a crop has the frame's bits
-        rows = range(int(own.min()), max(math.ceil(own.max()), int(own.min())) + 1)
-        places -= np.float32(rows.start)
-        reach_px = self.kernels.reach_px[:, rows.start : rows.stop].max(axis=1)
+        rows = slice(int(own.min()), max(math.ceil(own.max()), int(own.min())) + 1)
         present = tile_nodes(band, across, STEP_PARTS)
         radii_px = self.kernels.radii_px
         finer = min(FINEST, (MOST_SLABS - 1) // (len(radii_px) - 1))
-        rings = np.asarray(self.kernels.rings[:, rows.start : rows.stop].any(axis=1))
-        nodes = BandNodes(rows, present, reach_px, rings, radii_px, self.kernels.starts, finer)
+        rings = np.asarray(self.kernels.rings[:, rows].any(axis=1))
+        nodes = BandNodes(present, self.kernels.reach_px, self.kernels.first, rings, radii_px, self.kernels.starts, finer)
         bits, above, limits = self._light_bits(band, nodes), self._bright_places(band), self.device.upload(numbers)
         self._place_between_slabs(band)
         around = Surroundings.around(band, bits, nodes)
@@ -156,49 +154,39 @@ class SlabGather:
         *,
         has_steps: bool,
     ) -> None:
-        """Gather the selected parts (tiles, parts), those of one reach at a time."""
-        rings = nodes.has_ringing(around.held) if above is not None and selected.any() else selected
-        for reach_px in np.unique(around.reach_px[selected]).tolist():
-            same = selected & (around.reach_px == reach_px)
-            bright = np.zeros(same.shape, bool)
-            if above is not None:
-                bright = join_within(band, above, np.maximum, reach_px, STEP_PARTS) & rings
-            kernels = self._upload_kernels(reach_px, nodes.rows)
-            for is_bright in (False, True):
-                chosen = same & (bright == is_bright)
-                if chosen.any():
-                    tiles, terms = make_slab_terms(band, around, chosen, nodes)
-                    self._launch(band, tiles, terms, (kernels, reach_px, nodes), limits, light, is_bright, has_steps)
-
-    def _upload_kernels(self, reach_px: int, rows: range) -> Buffer:
-        """Kernels of this reach for a band, of which each is made once."""
-        if reach_px not in self.in_use:
-            table = self.kernels.table(reach_px, rows)
-            self.in_use[reach_px] = self.device.share(table), table
-        return self.in_use[reach_px][0]
+        """Gather the selected parts (tiles, parts), those beside highlights apart."""
+        bright = np.zeros(selected.shape, bool)
+        if above is not None and selected.any():
+            for reach_px in np.unique(around.reach_px[selected]).tolist():
+                bright |= join_within(band, above, np.maximum, reach_px, STEP_PARTS) & (around.reach_px == reach_px)
+            bright &= nodes.has_ringing(around.held)
+        for is_bright in (False, True):
+            chosen = selected & (bright == is_bright)
+            if chosen.any():
+                self._launch(band, *make_slab_terms(band, around, chosen, nodes), nodes, limits, light, is_bright, has_steps)
 
     def _launch(
         self,
         band: PsfBand,
         tiles: np.ndarray,
         terms: np.ndarray,
-        gathered: tuple[Buffer, int, BandNodes],
+        nodes: BandNodes,
         limits: Buffer,
         light: Buffer,
         is_bright: bool,
         has_steps: bool,
     ) -> None:
-        """Gather tiles. gathered: kernels, their reach [photosites], and the nodes around the band."""
-        (kernels, reach_px, nodes), columns = gathered, HALF_TILE // STEP_PARTS
-        device, taps, pairs = self.device, 2 * reach_px + 1, nodes.reach_px.size
+        device, columns, rows = self.device, HALF_TILE // STEP_PARTS, 1
         span = min(device.span, columns)
-        variant = {"TAPS": taps, "SPAN": span, "BRIGHT": int(is_bright), "CELL": self.cell_px}
+        variant = {"REACH": int(nodes.reach_px.max()), "SPAN": span, "BRIGHT": int(is_bright), "CELL": self.cell_px}
+        variant["CHUNK"] = CHUNK_TAPS
         name = "psf_slabs" if has_steps else "psf_own_slabs"
         if has_steps:
-            variant |= {"HISTORY": nodes.history, "NODE_SPAN": int(terms["columns"].max())}
+            rows = ROWS if span > 1 else 1
+            variant |= {"HISTORY": nodes.history, "NODE_SPAN": int(terms["columns"].max()), "ROWS": rows}
         device.run(
             device.kernel(name, {**self.defines, **variant}, file=f"{name}.cl"),
-            (columns // span, 2 * TILE_ROWS, len(tiles)),
+            (columns // span, 2 * TILE_ROWS // rows, len(tiles)),
             (columns // span, 1, 1),
             planes=self.light,
             slab_place=self.radius,
@@ -206,9 +194,9 @@ class SlabGather:
             light=light,
             tiles=device.upload(tiles),
             terms=device.upload(terms),
-            kernels=kernels,
+            kernels=self.lines,
             limits=limits,
-            halves=len(nodes.rows) * pairs * self.channels * taps**2,
-            pairs=pairs,
+            halves=self.kernels.lines[0].size,
+            line=self.kernels.lines.shape[-1],
             band=band.fields(self.channels, self.cfa),
         )

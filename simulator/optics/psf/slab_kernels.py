@@ -7,7 +7,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -28,7 +28,7 @@ MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
 FINER = (2, 4)  # slabs in place of one of `slab_radii_px`
 FINEST = 4  # blur radii at which light is counted, in place of one of the slabs
-HELD_BYTES = 1 << 27  # of tables that are kept
+CHUNK_TAPS = 8  # that are gathered at a time
 MOST_BYTES = 1 << 29  # of what blades change
 MOST_NODES = 41  # along the sensor's longer side
 HEIGHTS = (0.125, 0.75)  # field radii at which the error of interpolation is measured
@@ -40,8 +40,9 @@ class SlabKernels:
     """Weights for kernels/psf_slabs.cl and kernels/psf_tail.cl.
 
     radii_px: signed blur radii of the slabs, ascending [photosites]. starts: number of the first slab of the surface of each.
-    reach_px: (slabs, node rows, node columns) photosites to either side of each core, one of REACHES_PX.
-    cores: by slab, node row and node column: (halves, channels, taps, taps) float32; the second half is for highlights.
+    reach_px: (slabs, node columns) photosites to either side of each core, one of REACHES_PX.
+    first: (slabs, node columns) first element of a core in its line.
+    lines: (halves, node rows, elements) float32, cores as (channels, taps, row_taps(reach)); the second half is for highlights.
     rings: (slabs, node rows, node columns) whether light of highlights needs it.
     tail: (1, 1, channels, cells, cells) float32. cell_px: photosites across its cells.
     light: (channels,) float32, sum of each core; the rest is the tail's.
@@ -50,40 +51,17 @@ class SlabKernels:
     radii_px: np.ndarray
     starts: np.ndarray
     reach_px: np.ndarray
-    cores: dict[tuple[int, int, int], np.ndarray]
+    first: np.ndarray
+    lines: np.ndarray
     tail: np.ndarray
     cell_px: int
     light: np.ndarray
     rings: np.ndarray
 
-    def table(self, reach_px: int, rows: range) -> np.ndarray:
-        """Argument `kernels` of kernels/psf_slabs.cl: (halves, rows, slabs, node columns, channels, taps, taps) float32.
 
-        rows: of nodes. Kernels that reach farther are 0. Tables of up to HELD_BYTES are kept.
-        """
-        key = reach_px, rows
-        if key not in self._tables:
-            found = self._table(reach_px, rows)
-            if found.nbytes + sum(table.nbytes for table in self._tables.values()) > HELD_BYTES:
-                return found
-            self._tables[key] = found
-        return self._tables[key]
-
-    def _table(self, reach_px: int, rows: range) -> np.ndarray:
-        count, _, columns = self.reach_px.shape
-        taps = 2 * reach_px + 1
-        found = np.zeros((1 + int(self.rings.any()), len(rows), count, columns, len(self.light), taps, taps), np.float32)
-        for place, row in enumerate(rows):
-            for number, column in itertools.product(range(count), range(columns)):
-                core = self.cores[number, row, column]
-                spare = (taps - core.shape[-1]) // 2
-                if spare >= 0:
-                    found[:, place, number, column, :, spare : taps - spare, spare : taps - spare] = core
-        return found
-
-    @cached_property
-    def _tables(self) -> dict[tuple[int, range], np.ndarray]:
-        return {}
+def row_taps(reach_px: np.ndarray) -> np.ndarray:
+    """Elements of a row of a core: a 0 and its taps, in whole chunks."""
+    return np.asarray((2 * reach_px + 1 + CHUNK_TAPS) // CHUNK_TAPS * CHUNK_TAPS)
 
 
 def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
@@ -262,15 +240,35 @@ def _made(of: Keyed, channels: int) -> SlabKernels:
         rings[np.ix_(range(len(rings)), *_mirrored((row, column), psf.nodes, mirrors=mirrors))] = zone.rings[:, None, None]
     if rings.any():
         quarter = {place: _with_highlights(core[0]) for place, core in quarter.items()}
-    reach, cores = np.zeros((len(psf.radii_px), rows, columns), int), {}
-    for (number, row, column), core in quarter.items():
-        for down, across in itertools.product(*_mirrored((row, column), psf.nodes, mirrors=mirrors)):
-            reach[number, down, across] = core.shape[-1] // 2
-            cores[number, down, across] = core[:, :, :: 1 if down == row else -1, :: 1 if across == column else -1]
+    reach_px, first, lines = _in_lines(quarter, psf.nodes, mirrors=mirrors)
     tail = tail.astype(np.float32)[None, None]
     apart = [slab for slab in range(len(psf.radii_px)) if not psf.is_continuous(slab)]
     starts = np.array(apart)[np.searchsorted(apart, np.arange(len(psf.radii_px)), side="right") - 1]
-    return SlabKernels(np.array(psf.radii_px), starts, reach, cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
+    cores = reach_px, first, lines
+    return SlabKernels(np.array(psf.radii_px), starts, *cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
+
+
+def _in_lines(
+    quarter: dict[tuple[int, int, int], np.ndarray], nodes: tuple[int, int], *, mirrors: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`reach_px`, `first` and `lines` of `SlabKernels`. quarter: cores (halves, channels, taps, taps) by slab and node."""
+    slabs, (rows, columns) = 1 + max(number for number, _, _ in quarter), nodes
+    reach_px = np.zeros((slabs, columns), int)
+    for (number, row, column), core in quarter.items():
+        for across in _mirrored((row, column), nodes, mirrors=mirrors)[1]:
+            reach_px[number, across] = max(reach_px[number, across], core.shape[-1] // 2)
+    halves, channels = next(iter(quarter.values())).shape[:2]
+    size = channels * (2 * reach_px + 1) * row_taps(reach_px)
+    first = np.cumsum(size).reshape(size.shape) - size
+    lines = np.zeros((halves, rows, int(size.sum())), np.float32)
+    for (number, row, column), core in quarter.items():
+        for down, across in itertools.product(*_mirrored((row, column), nodes, mirrors=mirrors)):
+            own_px, begin = int(reach_px[number, across]), int(first[number, across])
+            held = lines[:, down, begin : begin + size[number, across]].reshape(halves, channels, 2 * own_px + 1, -1)
+            spare, taps = own_px - core.shape[-1] // 2, core.shape[-1]
+            turned = core[:, :, :: 1 if down == row else -1, :: 1 if across == column else -1]
+            held[:, :, spare : spare + taps, 1 + spare : 1 + spare + taps] = turned
+    return reach_px, first, lines
 
 
 def _of_size(tables: np.ndarray, size: int) -> np.ndarray:

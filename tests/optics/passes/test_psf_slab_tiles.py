@@ -12,7 +12,8 @@ RADII_PX = np.array([-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 3.0, 3.25, 3.5, 3.75]) 
 def nodes_of(present: np.ndarray, finer: int = 4) -> BandNodes:
     starts = np.where(RADII_PX < 2.0, 0, 6)
     reach_px = np.full((len(RADII_PX), present.shape[-1]), 5)
-    return BandNodes(range(2), present, reach_px, reach_px > 5, RADII_PX, starts, finer)
+    first = 1000 * np.arange(reach_px.size).reshape(reach_px.shape)
+    return BandNodes(present, reach_px, first, reach_px > 5, RADII_PX, starts, finer)
 
 
 def counted(nodes: BandNodes, radius_px: np.ndarray) -> np.ndarray:
