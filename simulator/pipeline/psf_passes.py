@@ -65,7 +65,7 @@ def _corrections(psf: FieldPsf) -> str:
 def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, error: float | None) -> Pass:
     """Pass of a PSF that the device gathers. error: predicted."""
     pixels, across = pixels_of(optics), 2 * core.reach_px + 1
-    method = f"{places}, gathered from {across} x {across} photosites"
+    method = f"{places}, gathered from {'up to ' if psf.is_gathered_by_distance else ''}{across} x {across} photosites"
     if core.arm_px > core.reach_px:
         method += f", from its row and column up to {core.arm_px} away"
     if core.has_tail:
@@ -87,11 +87,11 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, er
 
 
 def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
-    """Memory of a band of light that is gathered: its samples, cells of the tail, and the layers that a correction reads."""
+    """Memory of a band of light that is gathered: its samples, cells of the tail, layers for a correction, and kernels."""
     band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
-    planes = optics.channels
+    planes, kernels = optics.channels, psf_cost.core_bytes(psf, optics.channels) if psf.is_gathered_by_distance else 0
     if psf.corrected_px or psf.is_gathered_by_distance:
         layers = len(optics.scene.layers) if optics.has_coverage else 1
         planes += layers * (optics.channels + optics.has_coverage + 1)
     cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0
-    return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells)
+    return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells) + kernels

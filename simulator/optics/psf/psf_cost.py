@@ -5,12 +5,17 @@ The nanoseconds are processor time of all cores over two, of the reference machi
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
 
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px, has_fixed_orientation
 from simulator.optics.psf.lamps import Lamps, lie_alike
 from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.slab_tails import REACHES_PX, Keyed, slab_tail
+from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
 COST_NS = {
     "gathers": 6.0e5,  # of a frame that the device gathers: launches and kernels
@@ -18,7 +23,8 @@ COST_NS = {
     "copies": 0.7,  # for each sample of a colour behind the geometric blur
     "light": 15.0,  # for each photosite
     "taps": 0.018,  # for each photosite and sample of light that it gathers
-    "distance taps": 0.15,  # the same of each of the kernels by distance that reach it
+    "distances": 65.0,  # for each photosite whose light is gathered by distance
+    "distance taps": 0.03,  # for each photosite and tap of the kernels by distance that reach it
     "transforms": 1.2e6,  # of a frame that the host transforms
     "lamps": 20.0,  # for each photosite of the image of a lamp
     "kernel cells": 50.0,  # for each cell of the kernels of all nodes, and sample of light along an axis: they are made once
@@ -29,6 +35,7 @@ COST_NS = {
 }
 
 CUBIC, PART_PX = 4, 32  # slabs that share the light of a radius; columns of the parts whose slabs are listed
+SHOWN_SHARE = 0.5  # of the error that the dark allows: kernels out of focus show farther than that in focus
 INTERPOLATED = 6.0  # times the work of a lamp whose image is computed for its own place, in each colour
 
 Work = dict[str, float]  # counts, by key of COST_NS
@@ -45,7 +52,7 @@ def gather_work(psf: FieldPsf, pixels: int) -> Work:
     taps = gathered_samples(psf) + correction_samples(psf)
     found = {"gathers": 1.0, "corrections": extra, "light": float(pixels), "taps": pixels * taps}
     if psf.core is not None and psf.is_gathered_by_distance:
-        found["distance taps"] = pixels * reaching_kernels(psf) * (2 * psf.core.reach_px + 1) ** 2
+        found |= {"distances": float(pixels), "distance taps": pixels * reaching_kernels(psf) * core_taps(psf)}
     return found
 
 
@@ -95,7 +102,7 @@ def gathered_samples(psf: FieldPsf) -> float:
         taps += 4 * core.arm_px
     if core.has_tail:
         taps += 32 * (psf.reach_px / core.cell_px**2) ** 2
-    return taps * (4 if psf.nodes != (1, 1) else 1)
+    return taps * (4 if psf.nodes != (1, 1) and not psf.is_gathered_by_distance else 1)
 
 
 def correction_samples(psf: FieldPsf) -> float:
@@ -112,4 +119,32 @@ def reaching_kernels(psf: FieldPsf) -> float:
     core = psf.core
     assert core is not None  # else the host transforms the light
     seen = min((2 * core.reach_px + PART_PX) / psf.sensor_px[0], 1.0)
-    return min(CUBIC + (len(psf.radii_px) - CUBIC) * seen, len(psf.radii_px))
+    columns = min(psf.nodes[1], 2)  # of nodes beside a photosite; their rows are mixed
+    return columns * min(CUBIC + (len(psf.radii_px) - CUBIC) * seen, len(psf.radii_px))
+
+
+def core_taps(psf: FieldPsf) -> float:
+    """Return how many taps a kernel by distance has, on average over its slabs.
+
+    It reaches as far as geometric rays do; in scenes that are not smooth, also as what the tail in focus leaves of it shows.
+    """
+    return _core_taps(Keyed((*psf.key, psf.core, psf.seen), psf))
+
+
+@lru_cache(maxsize=32)
+def _core_taps(of: Keyed) -> float:
+    psf, core, seen, lens = of.psf, of.psf.core, of.psf.seen, of.psf.lens_psf
+    assert core is not None and seen is not None and isinstance(lens, WavefrontPsf)  # plan_slabs
+    tail, most, least_px = slab_tail(psf, seen, 0, core.cell_px), SHOWN_SHARE * seen.allowed_dark, 0
+    if not seen.is_smooth:
+        shown_px = (reach_px for reach_px in REACHES_PX if seen.error(tail.beyond(reach_px)) <= most)
+        least_px = min(next(shown_px, core.reach_px), core.reach_px)
+    lies = lens.aberrations, lens.f_number, lens.pitch_um, lens.wavelengths_nm
+    some_px = psf.radii_px[0], psf.radii_px[len(psf.radii_px) // 2], psf.radii_px[-1]
+    across = [kernel_size_px(*lies, (radius_px,), airy_margin=0.0) for radius_px in some_px]
+    return float(np.mean(np.clip(across, 2 * least_px + 1, 2 * core.reach_px + 1) ** 2.0))
+
+
+def core_bytes(psf: FieldPsf, channels: int) -> int:
+    """Return the memory of the kernels by distance of all slabs and nodes."""
+    return int(4 * len(psf.radii_px) * math.prod(psf.nodes) * channels * core_taps(psf))

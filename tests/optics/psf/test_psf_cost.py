@@ -4,14 +4,26 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.aberrated_walls import depth_map, thin_lens
 from helpers.camera_builders import small_camera
 from helpers.lens_frame import LENS
+from helpers.psf_frames import contrasts, shot_of
 from helpers.scene_builders import band_scene
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.passes.psf_work import gathered_work, transformed_work
-from simulator.optics.psf.psf_cost import COST_NS, cost_ms, gather_work, gathered_samples, kernel_work, transform_work
+from simulator.optics.psf.psf_cost import (
+    COST_NS,
+    core_bytes,
+    core_taps,
+    cost_ms,
+    gather_work,
+    gathered_samples,
+    kernel_work,
+    transform_work,
+)
+from simulator.optics.psf.slab_kernels import slab_kernels_of
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
@@ -113,3 +125,18 @@ def test_kernels_of_wave_optics_out_of_focus_cost_more_launches():
     sharp, aberrated = psf_of(DIFFRACTING), psf_of(dataclasses.replace(DIFFRACTING, aberrations=Aberrations(spherical_um=0.1)))
     assert gather_work(sharp, 32 * 24).get("corrections", 0.0) == 0.0
     assert cost_ms({"corrections": 1.0}) > cost_ms({"gathers": 1.0}) and aberrated.by_distance
+
+
+@pytest.mark.parametrize("coma_um", [0.0, 0.3])
+def test_kernels_by_distance_cost_the_taps_that_they_have(coma_um):
+    """Cores end where they do not show: before the margin of diffraction for which their tables are made."""
+    through = thin_lens(8.0, Aberrations(spherical_um=0.4, coma_um=coma_um))
+    planned = plan(shot_of(contrasts(), through, depth_map(through, 1.0, -1.5))).optics
+    psf = planned.psf
+    assert psf is not None and psf.core is not None and psf.is_gathered_by_distance
+    kernels = slab_kernels_of(psf, planned.channels)
+    made = float(np.mean((2 * kernels.reach_px + 1) ** 2))
+    assert made / 3.0 < core_taps(psf) < 1.5 * made < (2 * psf.core.reach_px + 1) ** 2
+    assert kernels.lines[0].nbytes / 4.0 < core_bytes(psf, planned.channels) < 1.5 * kernels.lines[0].nbytes
+    columns = 1 if psf.nodes == (1, 1) else 2
+    assert gather_work(psf, 1000)["distance taps"] == 1000 * columns * core_taps(psf) * len(psf.radii_px)
