@@ -80,9 +80,10 @@ def exact_means(shot: Shot, planned: Plan) -> Truth | None:
         if camera.low_pass_um > 0.0 or not is_whole:
             return None
         margin = math.ceil(abs(radius) * pupil.corner_radius) + 1
-        light = np.pad(light, ((0, 0), *2 * [2 * [margin * scale]]), "edge")
-        shape = light.shape[1] // scale, light.shape[2] // scale
-        means = [means_with_lamps(one, shape, radius, camera.fill_factor, corners) for one in light]
+        wide = np.pad(light, ((0, 0), *2 * [2 * [margin * scale]]), "edge")
+        shape = wide.shape[1] // scale, wide.shape[2] // scale
+        pairs = zip(wide, map(lamp_limit, light), strict=True)  # beyond the border a lamp goes on in a row of them
+        means = [means_with_lamps(one, shape, radius, camera.fill_factor, limit, corners) for one, limit in pairs]
         inside = np.stack(means)[:, margin + window.y :, margin + window.x :]
     inside = inside[:, : window.height, : window.width]
     found = np.take_along_axis(inside, channels_of(planned)[None], axis=0)[0] * _electrons_per_radiance(shot, planned)
@@ -118,11 +119,21 @@ def _coarse_means(light: np.ndarray, shot: Shot, planned: Plan, radius: float, c
     return np.asarray(np.mean(images, axis=0))
 
 
+def lamp_limit(light: np.ndarray) -> float:
+    """Light above which pixels of a scene (rows, columns) are lamps."""
+    return LAMP_TIMES * float(np.partition(light, -MOST_LAMPS - 1, axis=None)[-MOST_LAMPS - 1])
+
+
 def means_with_lamps(
-    light: np.ndarray, shape: tuple[int, int], radius: float, fill_factor: float, corners: np.ndarray | None = None
+    light: np.ndarray,
+    shape: tuple[int, int],
+    radius: float,
+    fill_factor: float,
+    limit: float,
+    corners: np.ndarray | None = None,
 ) -> np.ndarray:
-    """`photosite_means`, of pixels so bright that the rim of their spots shows steps between chords from more of these."""
-    is_lamp = light > LAMP_TIMES * np.partition(light, -MOST_LAMPS - 1, axis=None)[-MOST_LAMPS - 1]
+    """`photosite_means`, of pixels above a limit from more chords: the rims of their spots show steps between these."""
+    is_lamp = light > limit
     means = photosite_means(np.where(is_lamp, 0.0, light), shape, radius, fill_factor, corners=corners)
     widest = 1.0 if corners is None else float(np.hypot(*corners.T).max())
     scale, reach = light.shape[0] // shape[0], math.ceil(abs(radius) * widest) + 1

@@ -348,17 +348,19 @@ def small_circles_error(
     that lies inside a photosite of one scene pixel is seen through one point, so that it has none. Of larger ones some apart^2
     pairs of pixels meet over the aperture, whose mean falls as 1 / apart. Of samples that are even squares nothing is hidden
     within them but what a circle brings there: the share of it that crosses their borders, found in squares of 1 and 3 pixels
-    before others, at 2 and 4 samples.
+    before others, at 2 and 4 samples. In a scene with fewer pixels than photosites light rises evenly within them, by their
+    scale.
 
     smaller_px: radius of the smaller circle. apart_px: difference of the signed radii. scale: scene pixels per photosite.
     has_squares: whether points of the aperture read samples that are even squares (`PhotositeArea.has_squares`). It bounds
     99.9 % of the photosites of random squares and of random pixels, black and white and grey, on both layers: 2 to 8
-    pixels per photosite and 2 or 4 samples in float64, 0.5 to 1 against rays.
+    pixels per photosite and 2 or 4 samples in float64, 0.5 to 1 against rays; and 98 % of 1,800 pairs of patterns, waves
+    and edges of 0.25 to 0.9 bilinear pixels per photosite, of any two circles, in float64.
     """
     if abs(scale - 1.0) < 1e-3:
         return MOST_COVARIANCE * min(ALIKE_PX / max(apart_px, 1e-3), 1.0) if smaller_px > 0.5 else 0.0
     if scale < 1.0:
-        return 0.07
+        return 0.1 * scale
     wide = max(2.0 / samples_per_axis, 1.0)
     size_px = max(smaller_px / wide, 1e-3)
     small = 0.065 * min(size_px / 0.25, (0.25 / size_px) ** 2)

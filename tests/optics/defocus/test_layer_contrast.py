@@ -12,13 +12,16 @@ from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.ndimage import uniform_filter
+from scipy.ndimage import map_coordinates, uniform_filter
+from scipy.stats import qmc
 
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.accuracy import small_circles_error
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.layer_contrast import FULL, layer_contrast
+from simulator.optics.pupil.pupil import Pupil
 from simulator.pipeline import allotment
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
@@ -178,3 +181,42 @@ def test_lamps_that_coarse_layers_hide_have_a_term():
         causes.append({term.cause: term.sigma for term in budget.terms})
     assert "lamps that layers hide" not in causes[0]
     assert causes[1]["lamps that layers hide"] > 50.0 * causes[1]["edges of the spots of lamps"]
+
+
+@pytest.mark.parametrize("scale", [0.25, 0.5, 0.9])
+def test_covariance_within_photosites_of_a_coarse_scene_goes_as_its_scale(scale):
+    """Of bilinear light: what the means of photosites lack at random pixels before random pixels, in float64."""
+    rng, shares = np.random.default_rng(5), []
+    for _ in range(24):
+        cover, light = (rng.random((2, 44, 44)) < 0.5).astype(float)
+        radii_px = tuple(rng.choice([-1.0, 1.0], 2) * rng.uniform(0.1, 2.0, 2))
+        pair = [(np.zeros((44, 44, 1)), cover), (light[..., None], None)]
+        contrast = layer_contrast(pair, [light[..., None]] * 2, Defocus(radii_px, True, scale), scale)
+        smaller, apart = float(np.abs(radii_px).min()), abs(radii_px[0] - radii_px[1])
+        stated = small_circles_error(smaller, apart, 1, scale) * float(contrast.over_samples.max())
+        shares.append(lacking_covariance(cover, light, radii_px, scale, rng) / stated)
+    assert 0.3 < max(shares) < 1.0
+
+
+def lacking_covariance(
+    cover: np.ndarray, light: np.ndarray, radii_px: tuple[float, ...], scale: float, rng: np.random.Generator
+) -> float:
+    """Largest difference between the covariance of two layers over aperture and photosite, and that of photosites' means."""
+    parts, count = (np.arange(8) + 0.5) / 8.0 - 0.5, int(len(cover) / scale)
+    inside = np.stack(np.meshgrid(parts, parts, indexing="ij"), axis=-1).reshape(-1, 2)
+    rays = np.stack(Pupil().map_unit_square(*qmc.Sobol(2, rng=1).random(256).T), axis=-1)
+    places = rng.integers(4, count - 4, (96, 2))
+    fine, means = [], []
+    for values, radius_px in zip((cover, light), radii_px, strict=True):
+
+        def between(places_px: np.ndarray, values: np.ndarray = values) -> np.ndarray:
+            return map_coordinates(values, np.moveaxis((places_px + 0.5) * scale - 0.5, -1, 0), order=1, mode="nearest")
+
+        moved = places[:, None, :] + radius_px * rays
+        fine.append(between(moved[:, :, None, :] + inside).reshape(len(places), -1))
+        along = (np.arange(count)[:, None] + parts).ravel()
+        held = between(np.stack(np.meshgrid(along, along, indexing="ij"), axis=-1))
+        held = held.reshape(count, 8, count, 8).mean(axis=(1, 3))
+        means.append(map_coordinates(held, np.moveaxis(moved, -1, 0), order=1, mode="nearest"))
+    found = [(one * other).mean(axis=1) - one.mean(axis=1) * other.mean(axis=1) for one, other in (fine, means)]
+    return float(np.abs(found[0] - found[1]).max())
