@@ -16,7 +16,7 @@
 #include "psf_tail.h"
 #include "row_band.h"
 
-#define TOGETHER 4               // terms that read the same light
+#define TOGETHER 4 // terms that read the same light
 
 // Dimension 0: spans of a tile; 1: its rows of photosites, each as even and odd columns; 2: tiles.
 kernel void psf_own_slabs(global const float *restrict planes, global const float *restrict slab_place, global const float *restrict tail,
