@@ -146,5 +146,5 @@ def _core_taps(of: Keyed) -> float:
 
 
 def core_bytes(psf: FieldPsf, channels: int) -> int:
-    """Return the memory of the kernels by distance of all slabs and nodes; those for highlights, where any ring, need as much."""
+    """Return the memory of the kernels by distance of all slabs and nodes, without those for highlights."""
     return int(4 * len(psf.radii_px) * math.prod(psf.nodes) * channels * core_taps(psf))
