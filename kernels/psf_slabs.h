@@ -22,7 +22,7 @@ struct slab_tile {
 
 struct slab_term {
     uint core, reach;        // first element of the kernel in its line; taps to either side of its middle
-    uint node_column, layer;
+    uint node_column, layer; // column of nodes that the kernel is of; layer of the scene that its light is from
     uint front;              // number of the layer's slabs before this one that occlude it
     uint columns;            // terms of this slab from here on
     uint ends;               // 1: the last slab of its layer
