@@ -10,11 +10,25 @@ import pyopencl as cl
 import pytest
 
 from simulator.device import Device, programs_ahead
+from simulator.device.device import ProgramKey
 from simulator.device.programs_ahead import ProgramsAhead, programs_file, read_programs
 
 PASS = "camera_planes", {"CHANNELS": 3, "BANDS": 3, "UNREAD": 1}
 KEY = "camera_planes.cl", (("CHANNELS", "3"), ("BANDS", "3"))
 KIND = "simulate chart"
+
+
+class AskedDevice(Device):
+    """A device that tells when it was asked what the process had used before, which may be late on a busy machine."""
+
+    def __init__(self, device: cl.Device) -> None:
+        super().__init__(device)
+        self.asked = Event()
+
+    def used_programs(self) -> list[ProgramKey]:
+        found = super().used_programs()
+        self.asked.set()
+        return found
 
 
 @pytest.fixture
@@ -23,8 +37,8 @@ def new_process(device, tmp_path, monkeypatch):
     monkeypatch.setenv("PHOTOSITE_CACHE", str(tmp_path))
     own = next(one for all_of in cl.get_platforms() for one in all_of.get_devices() if one.name.strip() == device.info.name)
 
-    def start() -> Device:
-        fresh = Device(own)
+    def start() -> AskedDevice:
+        fresh = AskedDevice(own)
         monkeypatch.setattr(programs_ahead, "find_device", lambda name: fresh)
         return fresh
 
@@ -56,6 +70,7 @@ class Builds(list):
 def take(device, kind=KIND, **settings):
     """Run a command that uses one program; returns its kernel."""
     with ProgramsAhead(kind, **settings):
+        assert device.asked.wait(60.0)
         return device.kernel(*PASS)
 
 
