@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from simulator.device import Device
+from simulator.optics.blur_planning import part_of_sensor
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
@@ -82,4 +83,5 @@ def _measure_contrast(optics: OpticsPlan, defocus: Defocus) -> SceneContrast:
     """Contrasts of the plan's scene behind the circles that these decisions blur."""
     loaded = replace(optics.scene, behind=()) if defocus.guessed else optics.scene
     per_share = optics.accuracy.electrons_per_radiance / optics.accuracy.electrons
-    return scene_contrast(loaded, optics.weights, per_share, defocus.of_scene(), is_at_rest=is_at_rest(optics))
+    seen = part_of_sensor(optics)
+    return scene_contrast(loaded, optics.weights, per_share, defocus.of_scene(), seen, is_at_rest=is_at_rest(optics))

@@ -16,12 +16,14 @@ from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contras
 from simulator.optics.defocus.scene_light import brightest_electrons, peak_electrons, scene_detail
 from simulator.optics.error_term import ErrorTerm
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.scene.compositing import deep_pixels_of
 from simulator.scene.occluded_background import disoccluded_share, extend_background
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
 if TYPE_CHECKING:
@@ -200,7 +202,12 @@ def contrast_of(
 ) -> SceneContrast:
     """Return the contrasts of a scene on which the error of its blur depends. is_at_rest: whether nothing moves."""
     per_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons
-    return scene_contrast(loaded, planned.weights, per_share, defocus, is_at_rest=is_at_rest)
+    return scene_contrast(loaded, planned.weights, per_share, defocus, part_of_sensor(planned), is_at_rest=is_at_rest)
+
+
+def part_of_sensor(planned: OpticsPlan) -> ScenePart:
+    """Return the part of the scene that the whole sensor sees."""
+    return find_scene_part([(planned.projection, Window(0, 0, *planned.sensor_px))])
 
 
 def ignored_terms(planned: OpticsPlan, *, moves: bool = False) -> list[ErrorTerm]:

@@ -23,6 +23,8 @@ from simulator.pipeline.error_budget import ErrorBudget
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
+IMAGES = "images of the aperture between radii that are tabulated"
+
 
 def test_points_and_samples_share_the_tolerance():
     """Two layers out of focus: either of them alone would keep it, both together do not."""
@@ -100,11 +102,11 @@ def test_squares_that_a_smaller_tolerance_would_gather_one_by_one_are(tmp_path):
 
 
 def test_large_circles_have_the_samples_of_small_ones_where_less_is_left_so(tmp_path):
-    """A tilted wall of four pixels per photosite: 5 sigma were told and 1 left at a third of the tolerance that it keeps."""
+    """A tilted wall of four pixels per photosite: 5 sigma were told at a third of a tolerance that was kept, and 1 was left."""
     shot = load_shot(draw_shot(9401, 90).write(tmp_path))
-    found, tighter = (plan(dataclasses.replace(shot, tolerance=own)).error_budget for own in (1.0, 1.0 / 3.0))
-    assert not found.is_clamped and not tighter.is_clamped
-    assert tighter.predicted_sigma < found.predicted_sigma
+    plans = [plan(dataclasses.replace(shot, tolerance=own)) for own in (1.0, 1.0 / 3.0)]
+    found, tighter = ({term.cause: term.sigma for term in one.error_budget.terms}[IMAGES] for one in plans)
+    assert tighter <= found < 0.3
 
 
 def test_what_does_not_fall_leaves_the_first_plan_and_a_warning(tmp_path):

@@ -9,17 +9,28 @@ each at most the product of the roots of their mean squares (Cauchy and Schwarz'
 
 Where the scene's own pixels are gathered, the image on a plane of the slope g is the upright one moved by s g / 4, the mean of
 s u (g . u). What is left of that, even in u, has the root mean square s |g| sqrt(1/6 - 1/16), of rays uniform in a round pupil.
+
+Planes end with the scene, beyond which it goes on as it ends. There the rays themselves are followed.
 """
 
+import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.scene_light import seen_contrast
+from simulator.optics.defocus.sobol_points import sobol_points
+from simulator.optics.geometry.scene_part import ScenePart
+from simulator.optics.pupil.pupil import Pupil
 
 DIRECTIONS, RINGS = 8, (0.5, 1.0)  # of places in a circle at which surfaces are compared with planes; in its radius
 OF_MOVED = math.sqrt(1.0 / 6.0 - 1.0 / 16.0)  # of slope times radius
 WIDER = 1.5  # factor from one width over which slopes of the light are averaged to the next
+RAYS, MOST_AT_BORDER = 128, 512  # of a photosite at the border; photosites that are looked at
+MEETS = 3  # steps in which a ray finds the surface
+STEEPEST = 0.1  # least part of a plane's slope that a ray leaves
 
 
 def bent_error(light: np.ndarray, radius_px: np.ndarray, scale: float, accuracy: Accuracy, *, is_moved: bool) -> np.ndarray:
@@ -40,6 +51,63 @@ def bent_error(light: np.ndarray, radius_px: np.ndarray, scale: float, accuracy:
     moved = np.sqrt(square) * odd[..., None] + np.sqrt(deviation) * even[..., None]
     noise_e2 = accuracy.electrons * np.maximum(seen, 0.0) + accuracy.read_noise_e**2
     return np.asarray(moved * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise_e2, 1.0)))
+
+
+def border_errors(
+    light_of: Callable[[np.ndarray], np.ndarray],
+    radius_px: np.ndarray,
+    scale: float,
+    accuracy: Accuracy,
+    pupil: Pupil,
+    seen: ScenePart,
+) -> tuple[np.ndarray, float]:
+    """Error of going on with planes beyond the border, of some photosites whose circles reach it, and the share of all.
+
+    The first is (photosites, channels), as a share of the brightest light in their own noise. light_of: light (..., channels)
+    of pixels (2, ...), in shares of the brightest light. radius_px: of all pixels of a scene. seen: those before photosites.
+    scale, accuracy: as of `bent_error`.
+    """
+    place, share = _at_border(radius_px, scale, seen)
+    last, side = np.array(radius_px.shape)[:, None, None] - 1, max(round(scale), 1)
+    place = place[:, None, :]
+
+    def radius_at(where: np.ndarray) -> np.ndarray:
+        return np.asarray(radius_px[*np.clip(np.rint(where).astype(np.intp), 0, last)])
+
+    beside = [radius_at(place + side * np.array(way)[:, None, None]) for way in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+    slope = np.stack([beside[0] - beside[1], beside[2] - beside[3]]) * (0.5 * scale / side)  # per photosite
+    points = sobol_points(RAYS).T
+    way = np.stack(pupil.map_unit_square(*points[:2])[::-1])[:, :, None]
+    # Between the middles of squares as wide as a photosite light is linear; wider photosites are means of several.
+    within = (np.floor(side * points[2:4, :, None]) - 0.5 * (side - 1)) / scale
+    own = place + scale * within
+    of_plane = (radius_at(place) + (slope * within).sum(axis=0)) / np.maximum(1.0 - (slope * way).sum(axis=0), STEEPEST)
+    met = of_plane
+    for _ in range(MEETS):
+        met = radius_at(own + scale * met * way)
+    plane, blurred = (_between_pixels(light_of, own + scale * px * way, last).mean(axis=0) for px in (of_plane, met))
+    return seen_contrast(plane - blurred, blurred, accuracy), share
+
+
+def _between_pixels(light_of: Callable[[np.ndarray], np.ndarray], where: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Light at places (2, ...), linear between pixels, of a scene that goes on as it ends."""
+    low = np.floor(where)
+    part = where - low
+    found = np.zeros(())
+    for down, right in itertools.product((0, 1), (0, 1)):
+        pixel = np.clip(low.astype(np.intp) + np.array([down, right])[:, None, None], 0, last)
+        share = np.abs(1 - down - part[0]) * np.abs(1 - right - part[1])
+        found = found + share[..., None] * light_of(pixel)
+    return found
+
+
+def _at_border(radius_px: np.ndarray, scale: float, seen: ScenePart) -> tuple[np.ndarray, float]:
+    """Pixels (2, any), evenly spread over those seen whose circles reach beyond the border of the scene; the share of these."""
+    rows, columns = np.arange(seen.y, seen.y + seen.height), np.arange(seen.x, seen.x + seen.width)
+    away = [np.minimum(own, size - 1 - own) for own, size in zip((rows, columns), radius_px.shape, strict=True)]
+    reached = np.minimum(away[0][:, None], away[1]) < scale * np.abs(radius_px[np.ix_(rows, columns)])
+    place = np.stack(np.nonzero(reached)) + np.array([[seen.y], [seen.x]])
+    return place[:, :: max(-(-place.shape[1] // MOST_AT_BORDER), 1)], float(reached.mean())
 
 
 def _beyond_planes(radius_px: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -133,11 +133,12 @@ def error_terms(
             grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale, waves) if alone else max(squares, grid)
         means = len(terms)
         add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=not is_finest)
-    if contrast.bent > 0.0:
+    within_px = inside_px(own.pupil.corner_radius) if reads_pixels else 0.0
+    if contrast.bent > 0.0 and own.largest_px > within_px:
         add("surfaces that bend within blur circles", contrast.bent, RAYS)
     widest = np.array([own.largest_px])
     sloped = [pair for pair, radius in zip(ranges, radii, strict=True) if np.ndim(radius) > 0]
-    is_alone, within_px = len(defocus.radii_px) == 1, inside_px(own.pupil.corner_radius) if reads_pixels else 0.0
+    is_alone = len(defocus.radii_px) == 1
     is_blurred = max((most for _, most in sloped), default=0.0) > within_px
     if is_blurred and not (is_alone and own.gathers_scene(widest, widest).any()):  # which take each radius
         add(

@@ -1,11 +1,12 @@
-"""What means miss of surfaces that bend within blur circles: nothing of planes, and less than is stated of waves."""
+"""What means miss of surfaces that bend within blur circles: nothing of planes; of waves and borders what is stated."""
 
 import numpy as np
 import pytest
 from scipy.stats import qmc
 
 from simulator.optics.defocus.accuracy import Accuracy
-from simulator.optics.defocus.bent_surfaces import bent_error
+from simulator.optics.defocus.bent_surfaces import bent_error, border_errors
+from simulator.optics.geometry.scene_part import ScenePart
 from simulator.optics.pupil.pupil import Pupil
 
 SCALE, SIDE = 4, 24  # pixels per photosite, photosites
@@ -68,3 +69,35 @@ def test_means_of_planes_keep_to_what_is_stated(kind: str, wave_px: float) -> No
 
 def test_planes_bend_nowhere() -> None:
     assert stated(0.0, is_moved=False).max() < 1e-9 < 1e-3 < stated(0.0, is_moved=True).max()
+
+
+def test_planes_that_end_with_the_scene_miss_what_is_stated_of_the_border() -> None:
+    pixels, size = (np.mgrid[: SIDE * SCALE, : SIDE * SCALE] + 0.5) / SCALE, SIDE * SCALE
+    light, radius = light_at(pixels), 4.0 - 0.08 * pixels[1]
+    whole = ScenePart(0, 0, size, size)
+
+    def light_of(pixel: np.ndarray) -> np.ndarray:
+        return np.asarray(light[*pixel][..., None])
+
+    stated, share = border_errors(light_of, radius, SCALE, BRIGHT, Pupil(), whole)
+    # By rays through each photosite, which meet the plane, or the surface that goes on as it ends.
+    draws, missed, seen = qmc.Sobol(4, seed=1).random(4096), [], []
+    for x in np.arange(SIDE):
+        for y in (8, 16):
+            own = np.array([[y], [x]]) + draws[:, :2].T
+            way = np.stack(Pupil().map_unit_square(*draws[:, 2:].T)[::-1])
+            before, behind = (np.clip(x + 0.5 + away, 0.125, SIDE - 0.125) for away in (-1.0, 1.0))
+            slope = -0.04 * (behind - before)
+            plane = (4.0 - 0.08 * (x + 0.5) + slope * (own[1] - x - 0.5)) / (1.0 - slope * way[1])
+            met = plane
+            for _ in range(12):
+                met = 4.0 - 0.08 * np.clip((own + met * way)[1], 0.125, SIDE - 0.125)
+            ends = (np.clip(own + one * way, 0.125, SIDE - 0.125) for one in (plane, met))
+            of_plane, of_surface = (light_at(end).mean() for end in ends)
+            missed.append(abs(of_plane - of_surface))
+            seen.append(of_surface)
+    found = np.array(missed) / np.sqrt(seen)
+    assert 0.25 < share < 0.6 and found.max() > 2e-3  # 2 sigma of a million electrons
+    assert 0.7 * found.max() < stated.max() < 2.5 * found.max()
+    flat, _ = border_errors(light_of, np.full_like(radius, 2.0), SCALE, BRIGHT, Pupil(), whole)
+    assert flat.max() < 1e-12
