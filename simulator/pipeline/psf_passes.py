@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from simulator.optics.defocus.predicted_error import BLUR
 from simulator.optics.error_term import PSF
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.psf_bands import split_into_bands
+from simulator.optics.passes.psf_bands import node_rows, split_into_bands
 from simulator.optics.passes.psf_work import gathered_work, transformed_work
 from simulator.optics.psf import psf_cost
 from simulator.optics.psf.field_psf import FieldPsf
@@ -88,8 +88,11 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, er
 
 def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
     """Memory of a band of light that is gathered: its samples, cells of the tail, layers for a correction, and kernels."""
-    band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
-    planes, kernels = optics.channels, psf_cost.core_bytes(psf, optics.channels) if psf.is_gathered_by_distance else 0
+    bands = split_into_bands(optics.window, psf.gather_reach_px, psf.over)
+    planes, kernels, band = optics.channels, 0, bands[0]
+    if psf.is_gathered_by_distance:
+        rows = [node_rows(one, psf.y_px) for one in bands]
+        kernels = psf_cost.core_bytes(psf, optics.channels, max(one.stop - one.start for one in rows))
     if psf.corrected_px or psf.is_gathered_by_distance:
         layers = len(optics.scene.layers) if optics.has_coverage else 1
         planes += layers * (optics.channels + optics.has_coverage + 1)

@@ -1,5 +1,6 @@
 """Bands of rows in which the light of a frame is gathered with point spread functions, with tables of the nodes around them."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -105,6 +106,12 @@ def node_limits(band: PsfBand, limits: np.ndarray, x_px: np.ndarray, y_px: np.nd
     place = np.interp(rows, y_px, np.arange(len(y_px)))
     across = np.array([np.interp(columns, x_px, one) for one in np.eye(len(x_px))]).astype(np.float32)
     return np.concatenate([limits, place, across.ravel()]).astype(np.float32), across
+
+
+def node_rows(band: PsfBand, y_px: np.ndarray) -> slice:
+    """Node rows from that above a band's first row of photosites to that below its last, of a frame or a crop alike."""
+    first, last = np.interp((band.row, band.row + BAND_ROWS - 1), y_px, np.arange(len(y_px)))
+    return slice(int(first), max(math.ceil(last), int(first)) + 1)
 
 
 def tile_nodes(band: PsfBand, across: np.ndarray, parts: int = 1) -> np.ndarray:

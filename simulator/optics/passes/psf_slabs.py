@@ -16,13 +16,15 @@ from simulator.optics.passes.psf_bands import (
     PsfBand,
     join_within,
     node_limits,
+    node_rows,
     split_into_bands,
     tile_nodes,
 )
 from simulator.optics.passes.psf_slab_tiles import BandNodes, Surroundings, make_slab_terms
 from simulator.optics.passes.psf_tail import TailKernels, gather_tail
 from simulator.optics.psf.field_psf import FieldPsf
-from simulator.optics.psf.slab_kernels import CHUNK_TAPS, FINEST, MOST_SLABS, slab_kernels_of
+from simulator.optics.psf.slab_kernels import FINEST, MOST_SLABS, slab_kernels_of
+from simulator.optics.psf.slab_table import CHUNK_TAPS
 
 ROWS = 8  # of one colour that a work-item gathers, where it has several columns: TILE_ROWS is a multiple of twice as many
 UNLIMITED = 1e38  # limit of highlights where there are none
@@ -54,7 +56,8 @@ class SlabGather:
         self.radius_projection = optics.radius_projection
         self.channels, self.coverage, self.cfa = optics.channels, int(optics.has_coverage), optics.cfa
         self.kernels = slab_kernels_of(psf, self.channels)
-        self.lines = device.share(self.kernels.lines)
+        self.table, self.first_row = self.kernels.lines(node_rows(band, psf.y_px))
+        self.lines = device.share(self.table)
         self.planes = planes if self.coverage else planes[:1]
         layout, self.planes_each = band.layout, self.channels + self.coverage
         self.light = device.empty(layout.shape(len(self.planes) * self.planes_each), np.float32)
@@ -85,10 +88,10 @@ class SlabGather:
         gather_tail(self.device, defines, band, self.channels, self.tail_kernels, buffers, limits)
         if self.coverage:
             self._project(band)
-        numbers, across = node_limits(band, np.r_[self.limits, self.kernels.light], self.psf.x_px, self.psf.y_px)
-        places = numbers[2 * self.channels : 2 * self.channels + band.rows]
-        own = places[band.margin_rows : band.rows - band.margin_rows]  # of the whole band, so that a crop has the frame's bits
-        rows = slice(int(own.min()), max(math.ceil(own.max()), int(own.min())) + 1)
+        rows = node_rows(band, self.psf.y_px)
+        self._hold_kernels(rows)
+        y_px = self.psf.y_px[self.first_row :]
+        numbers, across = node_limits(band, np.r_[self.limits, self.kernels.light], self.psf.x_px, y_px)
         present = tile_nodes(band, across, STEP_PARTS)
         radii_px = self.kernels.radii_px
         finer = min(FINEST, (MOST_SLABS - 1) // (len(radii_px) - 1))
@@ -100,6 +103,12 @@ class SlabGather:
         even = around.is_even(nodes)
         self._gather(band, around.inside(band, bits, nodes), even, nodes, above, limits, light, has_steps=False)
         self._gather(band, around, ~even, nodes, above, limits, light, has_steps=True)
+
+    def _hold_kernels(self, rows: slice) -> None:
+        """Hold the kernels of these node rows on the device."""
+        table, self.first_row = self.kernels.lines(rows)
+        if table is not self.table:
+            self.table, self.lines = table, self.device.share(table)
 
     def _project(self, band: PsfBand) -> None:
         """Project light and blur radii of all layers onto the band."""
@@ -196,7 +205,7 @@ class SlabGather:
             terms=device.upload(terms),
             kernels=self.lines,
             limits=limits,
-            halves=self.kernels.lines[0].size,
-            line=self.kernels.lines.shape[-1],
+            halves=self.table[0].size,
+            line=self.kernels.elements,
             band=band.fields(self.channels, self.cfa),
         )

@@ -14,6 +14,7 @@ from simulator.optics.geometry.projection_cost import COST_NS as PROJECTION_NS
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px, has_fixed_orientation
 from simulator.optics.psf.lamps import Lamps, lie_alike
 from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.slab_table import MOST_HELD
 from simulator.optics.psf.slab_tails import REACHES_PX, Keyed, slab_tail
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
@@ -145,6 +146,12 @@ def _core_taps(of: Keyed) -> float:
     return float(np.mean(np.clip(across, 2 * least_px + 1, 2 * core.reach_px + 1) ** 2.0))
 
 
-def core_bytes(psf: FieldPsf, channels: int) -> int:
-    """Return the memory of the kernels by distance of all slabs and nodes, without those for highlights."""
-    return int(4 * len(psf.radii_px) * math.prod(psf.nodes) * channels * core_taps(psf))
+def core_bytes(psf: FieldPsf, channels: int, rows: int) -> int:
+    """Return the memory of the kernels by distance of all slabs and nodes, without those for highlights.
+
+    rows: most node rows of a band, which alone are laid out for the device where all are many. Mirror images are made then.
+    """
+    every = 4 * len(psf.radii_px) * math.prod(psf.nodes) * channels * core_taps(psf)
+    own = [(count + 1) // 2 / count if psf.has_mirrored_nodes else 1.0 for count in psf.nodes]
+    laid_out = 1.0 if every <= MOST_HELD else min(rows / psf.nodes[0], 1.0)
+    return int(every * (math.prod(own) + laid_out))

@@ -16,6 +16,7 @@ from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.gather_kernels import positive_too
 from simulator.optics.psf.kernel_split import CELLS, Core, fits_tail
 from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, RotatedKernels, lagrange_weights, samples_of
+from simulator.optics.psf.slab_table import SlabKernels, mirrored_nodes
 from simulator.optics.psf.slab_tails import REACHES_PX, Keyed, slab_tail
 from simulator.optics.psf.smooth_cores import ShownKernel, core_matrix
 from simulator.optics.psf.visibility import DARK_SHARE, Visibility
@@ -28,40 +29,10 @@ MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
 FINER = (2, 4)  # slabs in place of one of `slab_radii_px`
 FINEST = 4  # blur radii at which light is counted, in place of one of the slabs
-CHUNK_TAPS = 8  # that are gathered at a time
 MOST_BYTES = 1 << 29  # of what blades change
 MOST_NODES = 41  # along the sensor's longer side
 HEIGHTS = (0.125, 0.75)  # field radii at which the error of interpolation is measured
 BLADE_HEIGHTS = (0.125, 0.875)  # and that of what blades change, between the places where it is computed
-
-
-@dataclass(frozen=True)
-class SlabKernels:
-    """Weights for kernels/psf_slabs.cl and kernels/psf_tail.cl.
-
-    radii_px: signed blur radii of the slabs, ascending [photosites]. starts: number of the first slab of the surface of each.
-    reach_px: (slabs, node columns) photosites to either side of each core, one of REACHES_PX.
-    first: (slabs, node columns) first element of a core in its line.
-    lines: (halves, node rows, elements) float32, cores as (channels, taps, row_taps(reach)); the second half is for highlights.
-    rings: (slabs, node rows, node columns) whether light of highlights needs it.
-    tail: (1, 1, channels, cells, cells) float32. cell_px: photosites across its cells.
-    light: (channels,) float32, sum of each core; the rest is the tail's.
-    """
-
-    radii_px: np.ndarray
-    starts: np.ndarray
-    reach_px: np.ndarray
-    first: np.ndarray
-    lines: np.ndarray
-    tail: np.ndarray
-    cell_px: int
-    light: np.ndarray
-    rings: np.ndarray
-
-
-def row_taps(reach_px: np.ndarray) -> np.ndarray:
-    """Elements of a row of a core: a 0 and its taps, in whole chunks."""
-    return np.asarray((2 * reach_px + 1 + CHUNK_TAPS) // CHUNK_TAPS * CHUNK_TAPS)
 
 
 def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
@@ -237,38 +208,14 @@ def _made(of: Keyed, channels: int) -> SlabKernels:
         zone = zones[_zone(place)]
         for number, core in enumerate(_cores(tables(place), zone, light, seen)):
             quarter[number, row, column] = core[None]
-        rings[np.ix_(range(len(rings)), *_mirrored((row, column), psf.nodes, mirrors=mirrors))] = zone.rings[:, None, None]
+        rings[np.ix_(range(len(rings)), *mirrored_nodes((row, column), psf.nodes, mirrors=mirrors))] = zone.rings[:, None, None]
     if rings.any():
         quarter = {place: _with_highlights(core[0]) for place, core in quarter.items()}
-    reach_px, first, lines = _in_lines(quarter, psf.nodes, mirrors=mirrors)
     tail = tail.astype(np.float32)[None, None]
     apart = [slab for slab in range(len(psf.radii_px)) if not psf.is_continuous(slab)]
     starts = np.array(apart)[np.searchsorted(apart, np.arange(len(psf.radii_px)), side="right") - 1]
-    cores = reach_px, first, lines
+    cores = psf.nodes, mirrors, quarter
     return SlabKernels(np.array(psf.radii_px), starts, *cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
-
-
-def _in_lines(
-    quarter: dict[tuple[int, int, int], np.ndarray], nodes: tuple[int, int], *, mirrors: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """`reach_px`, `first` and `lines` of `SlabKernels`. quarter: cores (halves, channels, taps, taps) by slab and node."""
-    slabs, (rows, columns) = 1 + max(number for number, _, _ in quarter), nodes
-    reach_px = np.zeros((slabs, columns), int)
-    for (number, row, column), core in quarter.items():
-        for across in _mirrored((row, column), nodes, mirrors=mirrors)[1]:
-            reach_px[number, across] = max(reach_px[number, across], core.shape[-1] // 2)
-    halves, channels = next(iter(quarter.values())).shape[:2]
-    size = channels * (2 * reach_px + 1) * row_taps(reach_px)
-    first = np.cumsum(size).reshape(size.shape) - size
-    lines = np.zeros((halves, rows, int(size.sum())), np.float32)
-    for (number, row, column), core in quarter.items():
-        for down, across in itertools.product(*_mirrored((row, column), nodes, mirrors=mirrors)):
-            own_px, begin = int(reach_px[number, across]), int(first[number, across])
-            held = lines[:, down, begin : begin + size[number, across]].reshape(halves, channels, 2 * own_px + 1, -1)
-            spare, taps = own_px - core.shape[-1] // 2, core.shape[-1]
-            turned = core[:, :, :: 1 if down == row else -1, :: 1 if across == column else -1]
-            held[:, :, spare : spare + taps, 1 + spare : 1 + spare + taps] = turned
-    return reach_px, first, lines
 
 
 def _of_size(tables: np.ndarray, size: int) -> np.ndarray:
@@ -277,11 +224,6 @@ def _of_size(tables: np.ndarray, size: int) -> np.ndarray:
     padded = np.pad(tables, ((0, 0), (beyond, beyond), (beyond, beyond)))
     spare = (padded.shape[-1] - size) // 2
     return padded[:, spare : spare + size, spare : spare + size]
-
-
-def _mirrored(node: tuple[int, int], nodes: tuple[int, int], *, mirrors: bool) -> list[list[int]]:
-    """Rows and columns of the nodes that have a node's kernel or a mirror image of it."""
-    return [sorted({one, count - 1 - one} if mirrors else {one}) for one, count in zip(node, nodes, strict=True)]
 
 
 @dataclass(frozen=True)
