@@ -23,6 +23,7 @@ FIELD_STEPS = 8  # of the computed field radii, from the centre to the corner
 BLADE_STEPS = (0, 2, 4, 6, 8)  # of these, at which what blades change is computed
 BLADE_TURNS = 4  # angles between field and blades at which it is, over the angle from one corner to the next
 CUBIC = 4  # nodes of an interpolation
+SPLINE = 5  # degree of the splines that are turned: cubics pass what aliases to frequencies that photosites see
 
 
 @dataclass(frozen=True)
@@ -54,10 +55,14 @@ class RotatedKernels:
         return max(self._sizes_px.values())
 
     def computed(self, size_px: int, least_px: int) -> np.ndarray:
-        """1 where wave optics tells the light of kernels of odd size, and to a least reach, (radii, 1, size, size); else 0."""
+        """1 where wave optics tells the light of kernels of odd size, and to a least reach, (radii, 1, size, size); else 0.
+
+        Of kernels that are turned that is a disk: their corners lie beyond what is computed.
+        """
         away_px = np.abs(np.arange(size_px) - size_px // 2)
         half_px = np.array([max(self._sizes_px[radius_px] // 2, least_px) for radius_px in self.radii_px])
-        return (np.maximum(away_px[:, None], away_px) <= half_px[:, None, None]).astype(np.float32)[:, None]
+        far_px = np.hypot(away_px[:, None], away_px) if self.varies else np.maximum(away_px[:, None], away_px)
+        return (far_px <= half_px[:, None, None]).astype(np.float32)[:, None]
 
     @cached_property
     def _sizes_px(self) -> dict[float, int]:
@@ -103,7 +108,7 @@ class RotatedKernels:
         return self.varies and self.lens_psf.opening.blades > 0
 
     def _at_field(self, height: float, angle_rad: float) -> np.ndarray:
-        """Samples of the kernels at a field radius on the x axis, coefficients of cubic splines where `varies`.
+        """Samples of the kernels at a field radius on the x axis, coefficients of splines where `varies`.
 
         angle_rad: of the field, by which the picture is turned.
         """
@@ -141,7 +146,7 @@ class RotatedKernels:
         return self._changes[step]
 
     def _computed(self, step: int, opening: Opening) -> np.ndarray:
-        """Samples of wave optics at a field radius; coefficients of cubic splines where `varies`."""
+        """Samples of wave optics at a field radius; coefficients of splines where `varies`."""
         made = np.stack(
             in_threads(lambda radius_px: self._samples(radius_px, (step / FIELD_STEPS, 0.0), opening), self.radii_px)
         )
@@ -197,22 +202,24 @@ def _turn_weights(angle_rad: float) -> np.ndarray:
     return np.asarray((1.0 + 2.0 * sum(terms) + last) / BLADE_TURNS)
 
 
-def lagrange_weights(nodes: np.ndarray, place: float) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the CUBIC nodes around a place, or of all if there are fewer, and their weights; nodes ascend."""
-    first = int(np.clip(np.searchsorted(nodes, place) - CUBIC // 2, 0, max(len(nodes) - CUBIC, 0)))
-    near = nodes[first : first + CUBIC]
+def lagrange_weights(nodes: np.ndarray, place: float, count: int = CUBIC) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of an even count of nodes around a place, or of all if there are fewer, and their weights; nodes ascend."""
+    first = int(np.clip(np.searchsorted(nodes, place) - count // 2, 0, max(len(nodes) - count, 0)))
+    near = nodes[first : first + count]
     weights = [np.prod((place - np.delete(near, n)) / (near[n] - np.delete(near, n))) for n in range(len(near))]
     return first + np.arange(len(near)), np.array(weights)
 
 
 def _spline_coefficients(samples: np.ndarray) -> np.ndarray:
-    """Coefficients of cubic splines through samples (..., rows, columns)."""
+    """Coefficients of splines through samples (..., rows, columns)."""
     from scipy.ndimage import spline_filter1d
 
-    return np.asarray(spline_filter1d(spline_filter1d(samples, axis=-1, mode="mirror"), axis=-2, mode="mirror"))
+    for axis in (-1, -2):
+        samples = spline_filter1d(samples, SPLINE, axis=axis, mode="mirror")
+    return np.asarray(samples)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
 def _rotation(count: int, angle_rad: float) -> "csr_matrix":
     """Sparse matrix (count^2, count^2) from spline coefficients to samples, turned from the x axis towards the y axis."""
     from scipy.sparse import csr_matrix
@@ -221,17 +228,18 @@ def _rotation(count: int, angle_rad: float) -> "csr_matrix":
     x = math.cos(angle_rad) * axis[None, :] + math.sin(angle_rad) * axis[:, None] + 0.5 * (count - 1)
     y = math.cos(angle_rad) * axis[:, None] - math.sin(angle_rad) * axis[None, :] + 0.5 * (count - 1)
     (left, across), (top, down) = (_spline_weights(place.ravel()) for place in (x, y))
-    columns = top[:, :, None] * count + left[:, None, :]
-    weights = down[:, :, None] * across[:, None, :]
+    columns = top[:, :, None] * np.int32(count) + left[:, None, :]
     inside = ((top >= 0) & (top < count))[:, :, None] & ((left >= 0) & (left < count))[:, None, :]
-    weights, columns = np.where(inside, weights, 0.0).astype(np.float32), np.where(inside, columns, 0).astype(np.int32)
-    starts = 16 * np.arange(count * count + 1, dtype=np.int32)
+    weights, columns = np.where(inside, down[:, :, None] * across[:, None, :], np.float32(0.0)), np.where(inside, columns, 0)
+    starts = (SPLINE + 1) ** 2 * np.arange(count * count + 1, dtype=np.int32)
     return csr_matrix((weights.ravel(), columns.ravel(), starts), shape=(count * count, count * count))
 
 
 def _spline_weights(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of the four coefficients around places (n,), and their weights in a cubic B-spline: (n, 4) each."""
-    low = np.floor(place)
-    t = place - low
-    parts = ((1.0 - t) ** 3, 3.0 * t**3 - 6.0 * t**2 + 4.0, -3.0 * t**3 + 3.0 * t**2 + 3.0 * t + 1.0, t**3)
-    return low.astype(int)[:, None] + np.arange(-1, 3), np.stack(parts, axis=-1) / 6.0
+    """Numbers of the six coefficients around places (n,), and their weights in a quintic B-spline: (n, 6) each."""
+    low, beside = np.floor(place), np.arange(-(SPLINE // 2), SPLINE // 2 + 2)
+    away = np.abs((place - low)[:, None] - beside)
+    near = ((-10.0 * away + 30.0) * away**2 - 60.0) * away**2 + 66.0
+    middle = ((((5.0 * away - 45.0) * away + 150.0) * away - 210.0) * away + 75.0) * away + 51.0
+    weights = np.where(away < 1.0, near, np.where(away < 2.0, middle, (3.0 - away) ** 5)) / 120.0
+    return (low[:, None] + beside).astype(np.int32), weights.astype(np.float32)

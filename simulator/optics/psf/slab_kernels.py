@@ -15,6 +15,7 @@ from simulator.optics.psf.field_psf import RINGING, SLAB_PX, FieldPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.gather_kernels import positive_too
 from simulator.optics.psf.kernel_split import CELLS, Core, fits_tail
+from simulator.optics.psf.node_tables import tables_of
 from simulator.optics.psf.rotated_kernels import BLADE_STEPS, BLADE_TURNS, RotatedKernels, lagrange_weights, samples_of
 from simulator.optics.psf.slab_table import SlabKernels, mirrored_nodes
 from simulator.optics.psf.slab_tails import REACHES_PX, Keyed, slab_tail
@@ -26,6 +27,7 @@ ZONES = 4  # rings of the field in which cores have the same reach
 TAPERS_PX = (0, 2)  # photosites over which a core may fade out
 MARGINS = ((0.004, 12.0), (0.0, 36.0), (0.0, 60.0))  # allowed error from which on kernels may have this margin [lambda N]
 MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
+NODE_SHARE = 0.1  # of the allowed error, for kernels of nodes that are not computed
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
 FINER = (2, 4)  # slabs in place of one of `slab_radii_px`
 FINEST = 4  # blur radii at which light is counted, in place of one of the slabs
@@ -65,6 +67,7 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
         return given
     psf = replace(psf, radii_px=tuple(radii_px), nodes=nodes)
     error = 2.0 * seen.allowed_dark + max(between, 2.0 * STEP_SHARE * seen.allowed) + turned
+    error += NODE_SHARE * seen.allowed if psf.nodes != (1, 1) else 0.0
     return psf.with_core(Core(reach_px, reach_px, cell_px, error), seen)
 
 
@@ -196,17 +199,23 @@ def _made(of: Keyed, channels: int) -> SlabKernels:
         kernels = source.photosites(samples)[..., ::-1, ::-1] / within[:, None, None]
         near = _of_size(smooth, kernels.shape[-1])
         own = (kernels - near) * source.computed(kernels.shape[-1], farthest_px)  # what lies beyond is the tail's
+        own *= (light / own.sum(axis=(2, 3)))[..., None, None].astype(np.float32)
         return _Tables(np.asarray(own), near, samples[::-1, ::-1])
 
     zones = _zones(psf, tables, light)
     rows, columns = psf.nodes
     mirrors = not source.has_blades  # light falls alike in mirrored places
+    allowed = NODE_SHARE * seen.allowed + _blade_error(Keyed(psf.key, psf), seen)  # which differs from node to node
+
+    def fits(wrong: np.ndarray) -> bool:
+        return all(seen.error(table) <= allowed for table in wrong[:, 0])
+
+    of_nodes = tables_of(lambda row, column: tables(psf.field_xy(row, column)).cores, psf.nodes, fits, mirrors=mirrors)
     quarter: dict[tuple[int, int, int], np.ndarray] = {}
     rings = np.zeros((len(psf.radii_px), rows, columns), bool)
     for row, column in itertools.product(*(range((count + 1) // 2 if mirrors else count) for count in psf.nodes)):
-        place = psf.field_xy(row, column)
-        zone = zones[_zone(place)]
-        for number, core in enumerate(_cores(tables(place), zone, light, seen)):
+        zone = zones[_zone(psf.field_xy(row, column))]
+        for number, core in enumerate(_cores(of_nodes.at(row, column), zone, light, seen)):
             quarter[number, row, column] = core[None]
         rings[np.ix_(range(len(rings)), *mirrored_nodes((row, column), psf.nodes, mirrors=mirrors))] = zone.rings[:, None, None]
     if rings.any():
@@ -266,15 +275,15 @@ def _zones(psf: FieldPsf, tables: Callable[[tuple[float, float]], _Tables], ligh
         zone = _Zone(_slab_reaches(places, psf, seen), inner)
         if psf.highlight_limits:
             ends = places if found or not varies else [*places, tables((0.0, 0.0))]  # of the first also its middle
-            every = [_rings(_cores(one, zone, light, seen), one.smooth, seen) for one in ends]
+            every = [_rings(_cores(one.cores, zone, light, seen), one.smooth, seen) for one in ends]
             zone, inner = replace(zone, rings=np.logical_or.reduce([inner, *every])), np.logical_or.reduce(every)
         found.append(zone)
     return found if varies else ZONES * found
 
 
-def _cores(tables: _Tables, zone: _Zone, light: np.ndarray, seen: Visibility) -> list[np.ndarray]:
-    """Core of each slab at a place of a zone, (channels, taps, taps) float32 each."""
-    pairs = zip(tables.cores, zone.reaches.tolist(), strict=True)
+def _cores(tables: np.ndarray, zone: _Zone, light: np.ndarray, seen: Visibility) -> list[np.ndarray]:
+    """Core of each slab at a place of a zone, (channels, taps, taps) float32 each. tables: `_Tables.cores`."""
+    pairs = zip(tables, zone.reaches.tolist(), strict=True)
     return [_cut(table, reach_px, taper_px, light, seen) for table, (reach_px, taper_px) in pairs]
 
 
