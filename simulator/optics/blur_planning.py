@@ -221,7 +221,16 @@ def ignored_terms(planned: OpticsPlan, *, moves: bool = False) -> list[ErrorTerm
         reads_pixels=planned.reads_pixels and not moves,
         is_bilinear=projection.is_bilinear,
         open_side=projection.footprints[0].side_px if projection.footprints else projection.open_side,
+        gap_px=0.0 if moves else _gap_px(projection),
     )
+
+
+def _gap_px(projection: Projection) -> float:
+    """Distance of the borders of open areas, behind the spots of a filter, from those of even pixels as wide as photosites."""
+    if not projection.has_squares or projection.scale != 1.0 or not projection.whole_pixels((1,)):
+        return 0.0
+    borders_px = (abs(projection.low_pass_px + way * projection.open_side) / 2.0 for way in (-1, 1))
+    return min(abs(border_px % 1.0 - 0.5) for border_px in borders_px)
 
 
 def _is_steep(defocus: Defocus, scale: float) -> bool:

@@ -355,13 +355,15 @@ def ignored_error(
     reads_pixels: bool = False,
     is_bilinear: bool = False,
     open_side: float = 1.0,
+    gap_px: float = 0.0,
 ) -> list[ErrorTerm]:
     """Predict the error of leaving out all blur, whose largest radius is this [photosites].
 
     contrast: of the scene. scale: its pixels per photosite. With one it does not show where in its pixel a lamp is; of fewer,
         light is bilinear between their centres, whose second difference counts: it bends there, all in the open side of a
         photosite [photosites]. reads_pixels: as of `error_terms`. is_bilinear: whether photosites are means of light between
-        pixels, which bends nowhere, however many pixels there are (`Projection`).
+        pixels, which bends nowhere, however many pixels there are (`Projection`). gap_px: distance between the borders of
+        the open areas and those of even pixels as wide as photosites, over which light goes.
     """
     if radius_px == 0.0:
         return []
@@ -377,6 +379,8 @@ def ignored_error(
         lamp if is_fine else 0.0,
         OF_BENDS * radius_px * contrast.curvature if is_unknown and not (reads_pixels or is_smooth) else 0.0,
     )
+    if gap_px:
+        left_out *= crossed_share(gap_px / radius_px) / open_side
     left_out += radius_px * contrast.shifted
     if reads_pixels and radius_px <= INSIDE_PX:
         left_out = 0.0
@@ -389,6 +393,17 @@ def ignored_error(
         cause = "layers that are composited before the light between their pixels is"
         found.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(contrast.flattened), FINER_SCENE))
     return found
+
+
+def crossed_share(gap: float) -> float:
+    """Share of the light of a disk, over an edge past its middle, that goes farther than this [radii].
+
+    The mean of x beyond the gap over half the disk, divided by that without one, 2 / (3 pi).
+    """
+    if gap >= 1.0:
+        return 0.0
+    rest = math.sqrt(1.0 - gap**2)
+    return rest**3 - 1.5 * gap * (math.acos(gap) - gap * rest)
 
 
 def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:

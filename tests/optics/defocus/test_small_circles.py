@@ -16,6 +16,8 @@ from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
+GAPS_PX = {(0.75, 0.0): 0.125, (0.5, 0.0): 0.25, (0.75, 0.5): 0.125, (1.0, 0.25): 0.125}  # by open side and spots' distance
+
 
 @pytest.mark.parametrize("is_linear", [True, False])
 def test_small_circles_count_by_bends_where_photosites_do_not_read_single_pixels(is_linear):
@@ -56,6 +58,31 @@ def test_light_that_bends_in_the_open_part_of_a_photosite_counts_there(open_side
     contrast = SceneContrast(curvature=0.5 * float(np.abs(np.diff(light, 2)).max()))
     (term,) = ignored_error(accuracy, radius_px, contrast, scale=0.5, open_side=open_side)
     assert 0.9 * term.sigma < accuracy.in_sigma(left) <= term.sigma
+
+
+@pytest.mark.parametrize(("open_side", "apart_px"), [(0.75, 0.0), (0.5, 0.0), (0.75, 0.5), (1.0, 0.25)])
+@pytest.mark.parametrize("radius_px", [0.12, 0.17, 0.35])
+def test_circles_that_end_before_the_borders_of_open_areas_leave_nothing(open_side, apart_px, radius_px):
+    """Random even squares, one per photosite, around whose open parts circles pass the border, in float64."""
+    parts, side, inner = 48, 24, slice(2, -2)
+    light = np.random.default_rng(9).random((side, side))
+    pixels = np.kron(light, np.ones((parts, parts)))
+    spots = [round(0.5 * way * apart_px * parts) for way in (-1, 1)]
+
+    def opened(values: np.ndarray) -> np.ndarray:
+        """Mean of the four spots in the open area."""
+        values = np.mean([np.roll(values, (down, right), axis=(0, 1)) for down in spots for right in spots], axis=0)
+        shut = round(0.5 * (1.0 - open_side) * parts)
+        part = slice(shut, parts - shut)
+        return values.reshape(side, parts, side, parts)[inner, part, inner, part].mean(axis=(1, 3))
+
+    blurred = fftconvolve(pixels, disk_weights(parts * radius_px), mode="same")
+    left = float(np.quantile(np.abs(opened(blurred) - opened(pixels)), 0.999))
+    bends = max(float(np.quantile(np.abs(np.diff(light, 2, axis=axis)), 0.999)) for axis in (0, 1))
+    accuracy, gap_px = Accuracy(electrons=1000.0), GAPS_PX[open_side, apart_px]
+    (term,) = ignored_error(accuracy, radius_px, SceneContrast(curvature=bends), open_side=open_side, gap_px=gap_px)
+    assert 0.1 * term.sigma - 1e-9 <= accuracy.in_sigma(left) <= term.sigma + 1e-9
+    assert (term.sigma == 0.0) == (radius_px <= gap_px)
 
 
 @pytest.mark.parametrize("radius_px", [0.03, 0.1, 0.3, 0.7])
