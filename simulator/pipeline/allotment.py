@@ -13,6 +13,7 @@ MARGIN = 0.9  # of what is left for the terms that fall, since numbers of sample
 TIGHTEST = 0.02  # smallest tolerance of one approximation, in that of the photograph
 STEP = 0.3  # factor to the next share where less than the smallest is asked for: what was left out may be computed from it on
 LOOSER = 3.0, 9.0  # times a tolerance that no plan keeps, of those that are looked at, too
+RESTING = 0.9, 2.7, 8.1  # tolerances of others, which may leave out a short motion
 FAR_LESS = 0.01  # of what a plan leaves that has no law for a part of it: no such part is as large as what lamps leave
 BESIDE = 0.1  # share of what does not fall that may be left by instants at which the optics run, and by zones of one pupil
 BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
@@ -85,16 +86,19 @@ def _fixed_sigma(budget: ErrorBudget) -> float:
 def _looser(best: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, make_sharp: Make | None) -> OpticsPlan:
     """Return the plan of a larger tolerance that leaves less than the best one, also without bounds that few scenes reach.
 
+    A short motion is left out at the same tolerances, whatever is asked: so a smaller one looks at all that a larger one does.
     Of a scene that moves it must leave far less, as beside lamps, unless it moves one surface as a whole, or leaves out the
     motion, too: what a blur that is left out leaves of edges that move apart has no law.
     """
     if not (_may_move_whole(best) or _may_leave_out(best) or _may_rest(best) or _may_have_distances(best)):
         return best
     moves_whole = _may_move_whole(best)
-    for factor in LOOSER:
-        looser = [make(factor * tolerance)]
+    tolerances = [factor * tolerance for factor in LOOSER]
+    tolerances += [one for one in RESTING if one > tolerances[-1]] if _may_rest(best) else []
+    for larger in tolerances:
+        looser = [make(larger)]
         if make_sharp is not None and moves_whole and may_be_sharp(looser[0]):
-            looser.append(make_sharp(factor * tolerance))
+            looser.append(make_sharp(larger))
         for one in looser:
             share = 1.0 if is_at_rest(one) or (moves_whole and _moves_as_one(one)) else FAR_LESS
             found, left = budget_of(replace(one, tolerance=tolerance)), budget_of(best)

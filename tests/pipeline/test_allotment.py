@@ -109,6 +109,16 @@ def test_large_circles_have_the_samples_of_small_ones_where_less_is_left_so(tmp_
     assert tighter <= found < 0.3
 
 
+def test_motion_that_a_tolerance_leaves_out_since_it_leaves_less_is_left_out_at_any_smaller_one(tmp_path):
+    """Dark layers that move by 0.03 photosites: points of aperture and time may leave 3 sigma, and no motion 0.5."""
+    shot = load_shot(draw_shot(9901, 154).write(tmp_path))
+    plans = [plan(dataclasses.replace(shot, tolerance=own)) for own in (1.0, 0.1, 0.03, 0.001)]
+    assert not plans[0].error_budget.is_clamped and plans[3].error_budget.is_clamped
+    assert all(one.optics.motion is None for one in plans)
+    least = [one.error_budget.predicted_sigma for one in plans]
+    assert max(least[1:]) <= 1.001 * least[0] < 0.6
+
+
 def test_what_does_not_fall_leaves_the_first_plan_and_a_warning(tmp_path):
     """Three layers with circles as small as the samples: more points of the aperture would be taken in vain."""
     planned = plan(load_shot(draw_shot(7, 3).write(tmp_path)))

@@ -29,6 +29,7 @@ DIRECTIONS, RINGS = 8, (0.5, 1.0)  # of places in a circle at which surfaces are
 OF_MOVED = math.sqrt(1.0 / 6.0 - 1.0 / 16.0)  # of slope times radius
 WIDER = 1.5  # factor from one width over which slopes of the light are averaged to the next
 RAYS, MOST_AT_BORDER = 128, 512  # of a photosite at the border; photosites that are looked at
+MOST_SEARCHED = 1_000_000  # pixels that are asked whether their circles reach the border
 MEETS = 3  # steps in which a ray finds the surface
 STEEPEST = 0.1  # least part of a plane's slope that a ray leaves
 
@@ -103,11 +104,13 @@ def _between_pixels(light_of: Callable[[np.ndarray], np.ndarray], where: np.ndar
 
 def _at_border(radius_px: np.ndarray, scale: float, seen: ScenePart) -> tuple[np.ndarray, float]:
     """Pixels (2, any), evenly spread over those seen whose circles reach beyond the border of the scene; the share of these."""
-    rows, columns = np.arange(seen.y, seen.y + seen.height), np.arange(seen.x, seen.x + seen.width)
+    every = math.ceil(math.sqrt(seen.height * seen.width / MOST_SEARCHED))
+    rows, columns = np.arange(seen.y, seen.y + seen.height, every), np.arange(seen.x, seen.x + seen.width, every)
     away = [np.minimum(own, size - 1 - own) for own, size in zip((rows, columns), radius_px.shape, strict=True)]
     reached = np.minimum(away[0][:, None], away[1]) < scale * np.abs(radius_px[np.ix_(rows, columns)])
-    place = np.stack(np.nonzero(reached)) + np.array([[seen.y], [seen.x]])
-    return place[:, :: max(-(-place.shape[1] // MOST_AT_BORDER), 1)], float(reached.mean())
+    row, column = np.nonzero(reached)
+    step = max(-(-len(row) // MOST_AT_BORDER), 1)
+    return np.stack([rows[row[::step]], columns[column[::step]]]), float(reached.mean())
 
 
 def _beyond_planes(radius_px: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
