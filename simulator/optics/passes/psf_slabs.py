@@ -56,7 +56,8 @@ class SlabGather:
         self.radius_projection = optics.radius_projection
         self.channels, self.coverage, self.cfa = optics.channels, int(optics.has_coverage), optics.cfa
         self.kernels = slab_kernels_of(psf, self.channels)
-        self.table, self.first_row = self.kernels.lines(node_rows(band, psf.y_px))
+        self.rows = node_rows(band, psf.y_px)
+        self.table, self.first_row = self.kernels.lines(self.rows)
         self.lines = device.share(self.table)
         self.planes = planes if self.coverage else planes[:1]
         layout, self.planes_each = band.layout, self.channels + self.coverage
@@ -106,7 +107,9 @@ class SlabGather:
 
     def _hold_kernels(self, rows: slice) -> None:
         """Hold the kernels of these node rows on the device."""
-        table, self.first_row = self.kernels.lines(rows)
+        if rows == self.rows:
+            return
+        self.rows, (table, self.first_row) = rows, self.kernels.lines(rows)
         if table is not self.table:
             self.table, self.lines = table, self.device.share(table)
 
