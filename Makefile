@@ -93,9 +93,9 @@ $(VENV)/made.stamp:
 $(VENV)/photosite.stamp: $(VENV)/made.stamp setup.cfg pyproject.toml
 	@echo "Installing photosite into $(VENV) (once; a minute or two)"
 	@$(INSTALL) --editable .
-	@$(BIN)/photosite devices >/dev/null 2>&1 || { echo "No OpenCL device found: adding PoCL from pip"; \
+	@$(BIN)/photosite devices >/dev/null 2>&1 || { echo "No OpenCL device that builds kernels: adding PoCL from pip"; \
 	  $(INSTALL) --editable '.[pocl]' && $(BIN)/photosite devices >/dev/null; } || { \
-	  echo "error: no OpenCL device; Debian and Ubuntu: apt install pocl-opencl-icd"; exit 1; } >&2
+	  echo "error: no OpenCL device that builds kernels; Debian and Ubuntu: apt install pocl-opencl-icd"; exit 1; } >&2
 	@touch $@
 
 # The converters that test-clients runs, as program:package of Debian and Ubuntu. Tests of those still missing are skipped.

@@ -40,8 +40,8 @@ COLUMNS = 100  # of the tables where they go into a file
 
 
 def show_devices() -> None:
-    """Print every OpenCL device. Raises PhotositeError when there is none."""
-    from simulator.device import devices
+    """Print every OpenCL device. Raises PhotositeError when there is none, or when the default builds no kernels."""
+    from simulator.device import devices, open_device
 
     table = Table(title="OpenCL devices, the default first")
     for column in ("name", "version", "units", "memory"):
@@ -50,6 +50,7 @@ def show_devices() -> None:
         memory = f"{device.memory_bytes / 2**30:.1f} GiB"
         table.add_row(escape(device.name), escape(device.version), str(device.compute_units), memory)
     console().print(table)
+    open_device().check()
 
 
 @dataclass(frozen=True)

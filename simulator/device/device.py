@@ -29,6 +29,8 @@ CompilerWarning = cl.CompilerWarning
 Buffer = cl.Buffer  # memory on a device; docstrings and the comments of kernels state shape and element type of its content
 
 INSTALL_HINT = "install one: `pip install pyopencl[pocl]`, or Debian's `apt install pocl-opencl-icd`"
+NEWER_HINT = "install a newer one: Debian's `apt install pocl-opencl-icd`, or `conda install -c conda-forge pocl`"
+UNKNOWN_PROCESSOR = "unknown target CPU"  # of PoCL 3.0 from pip, of 2022, on a Zen 5 processor
 
 
 @dataclass(frozen=True)
@@ -384,7 +386,14 @@ class Device:
         try:
             return cl.Program(self._context, macros + source).build()
         except cl.Error as error:
+            if UNKNOWN_PROCESSOR in str(error):
+                message = f"the compiler of {self.info.label} is older than this processor, for which it builds no kernel"
+                raise PhotositeError(f"{message}; {NEWER_HINT}") from None
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
+
+    def check(self) -> None:
+        """Build a kernel. Raises PhotositeError when the driver cannot."""
+        self.build("kernel void check(global float *out) { out[0] = 0.0f; }", "check", {})
 
     @counted_as("device")
     def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments: Any) -> None:

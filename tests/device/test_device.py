@@ -148,6 +148,13 @@ def test_a_broken_kernel_is_one_message(device):
         device.build("kernel void broken( {", "broken", {})
 
 
+def test_a_compiler_older_than_the_processor_says_what_to_install(device):
+    """PoCL from pip on a processor of later years says so of every kernel."""
+    device.check()
+    with pytest.raises(PhotositeError, match="older than this processor.*apt install pocl-opencl-icd"):
+        device.build("#error unknown target CPU 'generic'\nkernel void any() {}", "any", {})
+
+
 def test_too_large_a_buffer_says_what_did_not_fit(device):
     with pytest.raises(PhotositeError, match="out of memory.*MiB.*camera.window"):
         device.empty((2**50,), np.float32)
