@@ -20,10 +20,13 @@ from collections.abc import Callable
 import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
-from simulator.optics.defocus.scene_light import seen_contrast
+from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.path_contrast import parts_of
+from simulator.optics.defocus.scene_light import MOST, layer_at, seen_contrast
 from simulator.optics.defocus.sobol_points import sobol_points
 from simulator.optics.geometry.scene_part import ScenePart
 from simulator.optics.pupil.pupil import Pupil
+from simulator.scene.scene import Layer, Scene
 
 DIRECTIONS, RINGS = 8, (0.5, 1.0)  # of places in a circle at which surfaces are compared with planes; in its radius
 OF_MOVED = math.sqrt(1.0 / 6.0 - 1.0 / 16.0)  # of slope times radius
@@ -32,6 +35,30 @@ RAYS, MOST_AT_BORDER = 128, 512  # of a photosite at the border; photosites that
 MOST_SEARCHED = 1_000_000  # pixels that are asked whether their circles reach the border
 MEETS = 3  # steps in which a ray finds the surface
 STEEPEST = 0.1  # least part of a plane's slope that a ray leaves
+
+
+def surface_bend(scene: Scene, to_share: np.ndarray, defocus: Defocus, seen: ScenePart) -> float:
+    """Error of taking surfaces for planes that MOST of the photosites stay below, as a share of the brightest light.
+
+    Of each layer in its own light, that of lamps left out; of a large scene parts are looked at. to_share: (bands, channels) of
+    scene planes in shares of the brightest light. seen: the part before photosites.
+    """
+    is_moved, inside, at_border = bool(defocus.gathers_scene(np.zeros(1), np.zeros(1)).any()), [np.zeros(1)], 0.0
+    for layer, radius in zip(scene.layers, defocus.radii_px, strict=False):
+        if not isinstance(radius, np.ndarray):
+            continue
+
+        def light_of(pixels: np.ndarray, layer: Layer = layer) -> np.ndarray:
+            return layer_at(layer, tuple(pixels), to_share)[0]
+
+        for place in parts_of(scene, defocus.scale):
+            light, _ = layer_at(layer, place, to_share)
+            own = bent_error(light, radius[place], defocus.scale, defocus.accuracy, is_moved=is_moved)
+            inside.append(own.ravel())
+        own, share = border_errors(light_of, radius, defocus.scale, defocus.accuracy, defocus.pupil, seen)
+        if share > 1.0 - MOST:  # what fewer photosites exceed is not counted
+            at_border = max(at_border, float(np.quantile(own, 1.0 - (1.0 - MOST) / share)))
+    return float(np.quantile(np.concatenate(inside), MOST)) + at_border
 
 
 def bent_error(light: np.ndarray, radius_px: np.ndarray, scale: float, accuracy: Accuracy, *, is_moved: bool) -> np.ndarray:

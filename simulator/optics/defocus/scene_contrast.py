@@ -10,7 +10,7 @@ from simulator.device.threads import in_threads
 from simulator.optics.defocus.accuracy import grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.around_contrast import AROUND_PX, around_contrast
-from simulator.optics.defocus.bent_surfaces import bent_error, border_errors
+from simulator.optics.defocus.bent_surfaces import surface_bend
 from simulator.optics.defocus.crossing_contrast import border_crossings, crossings_in_focus
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_contrast import WIDEST_PX, DepthEdgeContrast, depth_edge_contrast
@@ -71,7 +71,7 @@ class SceneContrast:
     lamps_mixed, lamps_within: the same with lamps, in the noise of the light without them, where pixels are wider than
         photosites: edges, which end over a pixel, leave light of lamps that they hide; 0: there are none.
     lamp_px: least blur radius of pixels that are lamps; inf: none is [photosites].
-    bent: `bent_surfaces.bent_error` of surfaces without steps and what `border_errors` adds, that of lamps left out.
+    bent: `bent_surfaces.surface_bend` of surfaces without steps.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out, for circles of each
         size (`around_contrast.AROUND_PX`); 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
@@ -159,7 +159,7 @@ def scene_contrast(
         lamp_px=min(_least_lamp_px(*pair, to_share) for pair in layers) if defocus.accuracy.has_lamps else math.inf,
         hidden=steps.hidden,
         in_focus=crossings_in_focus(scene, to_share, defocus) if defocus.accuracy.detail else 0.0,
-        bent=_bent(scene, to_share, defocus, seen) if defocus.maps and not has_steps else 0.0,
+        bent=surface_bend(scene, to_share, defocus, seen) if defocus.maps and not has_steps else 0.0,
         shifted=_shifted(scene, weights, per_share, defocus),
     )
 
@@ -413,33 +413,6 @@ def _pixel_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, radii_px: 
         for radius_px, own in zip(radii_px, pairs, strict=True)
     ]
     return max(own[0] for own in left), max(map(max, left))
-
-
-def _bent(scene: Scene, to_share: np.ndarray, defocus: Defocus, seen: ScenePart) -> float:
-    """Return `SceneContrast.bent`: its quantile MOST, of each layer in its own light. Of a large scene parts are looked at."""
-    is_moved, found = bool(defocus.gathers_scene(np.zeros(1), np.zeros(1)).any()), [np.zeros(1)]
-    for layer, radius in zip(scene.layers, defocus.radii_px, strict=False):
-        if isinstance(radius, np.ndarray):
-            for place in parts_of(scene, defocus.scale):
-                light, _ = layer_at(layer, place, to_share)
-                own = bent_error(light, radius[place], defocus.scale, defocus.accuracy, is_moved=is_moved)
-                found.append(own.ravel())
-    return float(np.quantile(np.concatenate(found), MOST)) + _bent_at_border(scene, to_share, defocus, seen)
-
-
-def _bent_at_border(scene: Scene, to_share: np.ndarray, defocus: Defocus, seen: ScenePart) -> float:
-    """What of `SceneContrast.bent` the border of the scene adds: exceeded by as many of all photosites as MOST leaves."""
-    found = 0.0
-    for layer, radius in zip(scene.layers, defocus.radii_px, strict=False):
-        if isinstance(radius, np.ndarray):
-
-            def light_of(pixels: np.ndarray, layer: Layer = layer) -> np.ndarray:
-                return layer_at(layer, tuple(pixels), to_share)[0]
-
-            own, share = border_errors(light_of, radius, defocus.scale, defocus.accuracy, defocus.pupil, seen)
-            if share > 1.0 - MOST:
-                found = max(found, float(np.quantile(own, 1.0 - (1.0 - MOST) / share)))
-    return found
 
 
 def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> np.ndarray:
