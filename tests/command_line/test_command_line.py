@@ -283,6 +283,18 @@ def test_devices_lists_the_default(capsys):
     assert code == 0 and devices()[0].name in out
 
 
+def test_devices_fails_where_the_default_builds_no_kernels(capsys, monkeypatch):
+    from simulator.device import Device, devices
+    from simulator.errors import PhotositeError
+
+    def check(self):
+        raise PhotositeError("its compiler knows nothing")
+
+    monkeypatch.setattr(Device, "check", check)
+    code, out, told = run(capsys, "devices")
+    assert code == 1 and devices()[0].name in out and "its compiler knows nothing" in told
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
