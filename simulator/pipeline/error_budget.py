@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.blur_planning import ignored_terms
-from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
+from simulator.optics.defocus.mixed_edges import SMALL_PX, aside_share, crossed_share
 from simulator.optics.defocus.predicted_error import (
     RAYS,
     error_terms,
@@ -219,12 +219,21 @@ def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
             if _rays_meet_pixels(optics):
                 return []
             over = accuracy.ray_samples
+    aside = _read_aside_of_squares(optics, over)
     scale = optics.projection.scale / over
     key = "mixed edges", freeze(optics.weights), accuracy, scale
     settings = optics.weights, accuracy.electrons_per_radiance, accuracy, scale
     share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
-    share *= crossed_share(motion.length.longest_px, over)
+    share *= crossed_share(motion.length.longest_px, over) * aside
     return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS, is_rare=True)]
+
+
+def _read_aside_of_squares(optics: OpticsPlan, over: int) -> float:
+    """Part of the largest covariance of layers within their samples, so many per photosite and axis, that points find."""
+    joint, defocus = optics.joint, optics.defocus
+    if joint is None or defocus is None or optics.tolerance == 0.0 or not defocus.of_scene().area.has_squares(over):
+        return 1.0
+    return aside_share(over * (joint.asides_px + np.abs(joint.radii_px).max(axis=1) + joint.lean))
 
 
 def _reads_aside(optics: OpticsPlan) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from simulator.optics.defocus.accuracy import MOST, hidden_error
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UNIT_PX, LEAST_APART_PX, Defocus
-from simulator.optics.defocus.edge_laws import LITS, edge_error
+from simulator.optics.defocus.edge_laws import LITS, edge_error, share_of_squares
 from simulator.optics.defocus.lamp_laws import mixed_lamp_error, mixed_lamp_share
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Limit, together
@@ -93,12 +93,15 @@ def _edge_terms(defocus: Defocus, contrast: SceneContrast) -> list[JointTerm]:
 
     That of the smallest circle, at rest: an edge along which the image moves is as sharp as one that stands.
     """
-    own = defocus.of_scene()
+    own, motion = defocus.of_scene(), defocus.motion
+    assert motion is not None  # of points that carry instants
     smallest = np.array([min(least for least, _ in own.ranges_px)])
     if is_sampled_alike(own.scale):
         return []
     finest = int(own.samples_per_axis(smallest, np.array([own.largest_px]))[0])
     share = edge_error(float(smallest[0]), finest, own.scale, contrast.edges)
+    if own.area.has_squares(finest):
+        share *= share_of_squares(motion.lean)
     cause = f"edges between {finest} x {finest} samples per photosite"
     return [JointTerm(cause, share, TIGHTER, falls=finest < most_samples_per_axis(own, smallest))]
 

@@ -138,13 +138,13 @@ class JointMotion:
         return float(_length(self._probes[1][..., :2]).max())
 
     @cached_property
-    def _farthest_px(self) -> float:
-        """Largest way of an image beside `rest_px` [photosites]."""
-        return float(_length(self._ends - self.rest_px[:, None, None]).max())
+    def asides_px(self) -> np.ndarray:
+        """Largest way of each layer's image beside `rest_px`, (layers,) [photosites]."""
+        return np.asarray(_length(self._ends - self.rest_px[:, None, None]).max(axis=(0, 2, 3)))
 
     def reach_px(self, radius_px: float) -> float:
         """Largest way of an image beside `rest_px`, read at blur radii up to this [photosites]."""
-        return self._farthest_px + self.largest_aperture * max(radius_px - float(np.abs(self.radii_px).max()), 0.0)
+        return float(self.asides_px.max()) + self.largest_aperture * max(radius_px - float(np.abs(self.radii_px).max()), 0.0)
 
     @cached_property
     def _paths(self) -> tuple[float, float, float]:
@@ -182,6 +182,11 @@ class JointMotion:
         across = np.abs(np.diff(grid, axis=4)).max(initial=0.0) / (0.5 * geometry.width_px / self.wider)
         down = np.abs(np.diff(grid, axis=3)).max(initial=0.0) / (0.5 * geometry.height_px / self.wider)
         return float(across), float(down)
+
+    @property
+    def lean(self) -> float:
+        """Largest change of a way per photosite, along either axis: the sine of an angle, or a growth."""
+        return max(self._tilt)
 
     @cached_property
     def skew_px(self) -> float:
