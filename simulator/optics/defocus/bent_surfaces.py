@@ -10,6 +10,10 @@ each at most the product of the roots of their mean squares (Cauchy and Schwarz'
 Where the scene's own pixels are gathered, the image on a plane of the slope g is the upright one moved by s g / 4, the mean of
 s u (g . u). What is left of that, even in u, has the root mean square s |g| sqrt(1/6 - 1/16), of rays uniform in a round pupil.
 
+Behind circles smaller than a pixel light crosses the borders of a photosite's even squares alone: 2 s / 3 pi of the step there,
+the mean of the positive part of s u. There s is linear from pixel to pixel: on the cliff where a depth map leaps through the
+focus rays meet a surface in focus.
+
 Planes end with the scene, beyond which it goes on as it ends. There the rays themselves are followed.
 """
 
@@ -35,6 +39,7 @@ RAYS, MOST_AT_BORDER = 128, 512  # of a photosite at the border; photosites that
 MOST_SEARCHED = 1_000_000  # pixels that are asked whether their circles reach the border
 MEETS = 3  # steps in which a ray finds the surface
 STEEPEST = 0.1  # least part of a plane's slope that a ray leaves
+OF_CROSSED = 2.0 / (3.0 * math.pi)  # of a step at a border and the radius there: mean of the positive part of a pupil's width
 
 
 def surface_bend(scene: Scene, to_share: np.ndarray, defocus: Defocus, seen: ScenePart) -> float:
@@ -54,6 +59,8 @@ def surface_bend(scene: Scene, to_share: np.ndarray, defocus: Defocus, seen: Sce
         for place in parts_of(scene, defocus.scale):
             light, _ = layer_at(layer, place, to_share)
             own = bent_error(light, radius[place], defocus.scale, defocus.accuracy, is_moved=is_moved)
+            if defocus.accuracy.detail:  # even squares
+                own = own + crossed_error(light, radius[place], defocus.scale, defocus.accuracy, is_moved=is_moved)
             inside.append(own.ravel())
         own, share = border_errors(light_of, radius, defocus.scale, defocus.accuracy, defocus.pupil, seen)
         if share > 1.0 - MOST:  # what fewer photosites exceed is not counted
@@ -79,6 +86,50 @@ def bent_error(light: np.ndarray, radius_px: np.ndarray, scale: float, accuracy:
     moved = np.sqrt(square) * odd[..., None] + np.sqrt(deviation) * even[..., None]
     noise_e2 = accuracy.electrons * np.maximum(seen, 0.0) + accuracy.read_noise_e**2
     return np.asarray(moved * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise_e2, 1.0)))
+
+
+def crossed_error(light: np.ndarray, radius_px: np.ndarray, scale: float, accuracy: Accuracy, *, is_moved: bool) -> np.ndarray:
+    """Error of the radius at a photosite's borders, of even squares behind circles smaller than these: as of `bent_error`.
+
+    It is that of photosites around each pixel. Images of a plane that are upright ones have one radius at all borders.
+    """
+    from scipy.ndimage import uniform_filter
+
+    side, found = max(round(scale), 1), np.zeros(light.shape)
+    if scale * float(np.abs(radius_px).min()) > 1.0:
+        return found
+    radius, light = radius_px.astype(np.float64), light.astype(np.float64)
+    slopes = [0.0 * radius if is_moved else _difference(radius, side, axis) for axis in (0, 1)]  # per pixel
+    middle = 0.5 * (side - 1) - side // 2  # of a photosite, from its pixel [px]
+    middles = uniform_filter(radius, 2 - side % 2, mode="nearest")  # radii there
+    for axis, size in enumerate(radius.shape):
+        for first, way in ((-(side // 2), -1), (side - side // 2, 1)):  # of the pixels behind a border; to its outer side
+            beside = [_shifted(first - back, size) for back in (1, 0)]
+            step = way * (np.take(light, beside[1], axis=axis) - np.take(light, beside[0], axis=axis))
+            size_px = _along_border(np.mean([np.take(radius, pixel, axis=axis) for pixel in beside], axis=0), 1 - axis)
+            for along in range(-(side // 2), side - side // 2):
+                at = _shifted(along, radius.shape[1 - axis])
+                own = middles + (first - 0.5 - middle) * slopes[axis] + (along - middle) * slopes[1 - axis]
+                own = sum(0.5 * np.abs(own + part * slopes[1 - axis]) for part in (-0.25, 0.25))
+                there = np.take(size_px, at, axis=1 - axis)
+                missed = np.where(scale * np.maximum(there, own) <= 1.0, there - own, 0.0)
+                found += np.take(step, at, axis=1 - axis) * missed[..., None]
+    seen = uniform_filter(light, side, mode="nearest", axes=(0, 1))
+    noise_e2 = accuracy.electrons * np.maximum(seen, 0.0) + accuracy.read_noise_e**2
+    missed = OF_CROSSED / side * np.abs(found)
+    return np.asarray(missed * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise_e2, 1.0)))
+
+
+def _along_border(signed_px: np.ndarray, axis: int) -> np.ndarray:
+    """Mean size of radii along the width of each pixel at a border that goes along this axis, linear from pixel to pixel."""
+    size = signed_px.shape[axis]
+    beside = (np.take(signed_px, _shifted(way, size), axis=axis) for way in (-1, 1))
+    return np.asarray(sum(0.5 * np.abs(0.75 * signed_px + 0.25 * one) for one in beside))
+
+
+def _shifted(by: int, size: int) -> np.ndarray:
+    """Numbers of the pixels that lie so much farther, at most the last ones."""
+    return np.clip(np.arange(size) + by, 0, size - 1)
 
 
 def border_errors(

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates, uniform_filter
 from scipy.stats import qmc
 
 from simulator.optics.defocus.accuracy import Accuracy
-from simulator.optics.defocus.bent_surfaces import bent_error, border_errors
+from simulator.optics.defocus.bent_surfaces import bent_error, border_errors, crossed_error
 from simulator.optics.geometry.scene_part import ScenePart
 from simulator.optics.pupil.pupil import Pupil
 
@@ -69,6 +70,51 @@ def test_means_of_planes_keep_to_what_is_stated(kind: str, wave_px: float) -> No
 
 def test_planes_bend_nowhere() -> None:
     assert stated(0.0, is_moved=False).max() < 1e-9 < 1e-3 < stated(0.0, is_moved=True).max()
+
+
+def through(light: np.ndarray, radius_of, draws: np.ndarray, side: int) -> np.ndarray:
+    """Light of photosites of so many even squares, through pupils of which rays find their radius at where they land."""
+    last, (v, u) = np.array(light.shape)[:, None, None] - 1, Pupil().map_unit_square(*draws[:, 2:].T)[::-1]
+    found = np.zeros(np.array(light.shape) // side)
+    for down, right, way in zip(*draws[:, :2].T, np.stack([v, u], axis=-1), strict=True):
+        own = (np.indices(found.shape) + np.array([down, right])[:, None, None]) * side
+        met = own
+        for _ in range(8):
+            met = own + side * radius_of(met) * way[:, None, None]
+        found += light[*np.clip(np.floor(met).astype(int), 0, last)]
+    return found / len(draws)
+
+
+@pytest.mark.parametrize(("is_moved", "side"), [(True, 3), (True, 2), (False, 3)])
+def test_depths_that_leap_through_the_focus_miss_what_is_stated_of_borders(is_moved: bool, side: int) -> None:
+    """Even squares behind circles of a tenth of them: on the cliffs between, rays meet a surface in focus."""
+    rng, count = np.random.default_rng(4), 16 * side
+    light = 0.02 + rng.integers(0, 2, (count, count))
+    cells = rng.integers(0, 2, (-(-count // 5), -(-count // 5)))
+    radius = 0.03 * (2.0 * np.repeat(np.repeat(cells, 5, 0), 5, 1)[:count, :count] - 1.0)
+    middles = (np.indices((16, 16)) * side + side // 2).reshape(2, -1)
+    draws = qmc.Sobol(4, seed=2).random(2**13)
+
+    def of_surface(place: np.ndarray) -> np.ndarray:
+        return map_coordinates(radius, place - 0.5, order=1, mode="nearest")
+
+    slopes = []
+    for way in np.eye(2, dtype=int)[..., None]:
+        before, after = (np.clip(middles + sign * side * way, 0, count - 1) for sign in (-1, 1))
+        slope = (radius[*after] - radius[*before]) / (after - before).sum(axis=0)
+        slopes.append(0.0 if is_moved else slope.reshape(16, 16))
+    own = uniform_filter(radius, 2 - side % 2, mode="nearest")[*middles].reshape(16, 16)
+
+    def of_middles(place: np.ndarray) -> np.ndarray:
+        away = place - (np.indices((16, 16)) * side + 0.5 * side)
+        return own + slopes[0] * away[0] + slopes[1] * away[1]
+
+    missed = np.abs(through(light, of_middles, draws, side) - through(light, of_surface, draws, side)).ravel()
+    args = light[..., None], radius, side, BRIGHT
+    beside, within = (one(*args, is_moved=is_moved)[..., 0][*middles] for one in (crossed_error, bent_error))
+    noise = np.sqrt(light.reshape(16, side, 16, side).mean(axis=(1, 3)).ravel())
+    assert np.quantile(np.abs(missed - beside * noise), 0.99) < 0.4 * np.quantile(missed, 0.99)
+    assert np.quantile(missed, 0.99) > 1.5 * np.quantile(within * noise, 0.99)  # what bends within circles does not tell
 
 
 def test_planes_that_end_with_the_scene_miss_what_is_stated_of_the_border() -> None:
