@@ -252,6 +252,7 @@ class OpticsPlan:
             least, most = ways.min(axis=1), ways.max(axis=1)
             crossed = crossed_spans(self.layer_edges, self.projection, least, most, rows, columns, over)
             samples = choose_samples(crossed, WIDE, over * whole.width, rows, ways, shares, self.weights)
+            samples = replace(samples, part=1.0 / over)  # an edge crosses so many of them
             return lacked_sigma(layers, samples, self.projection, over, self.accuracy)
 
         return self.scene.remember(key, measure)

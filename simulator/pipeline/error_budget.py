@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.blur_planning import ignored_terms
-from simulator.optics.defocus.mixed_edges import SMALL_PX, aside_share, crossed_share
+from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share, read_whole_pixels
 from simulator.optics.defocus.predicted_error import (
     RAYS,
     error_terms,
@@ -219,21 +220,36 @@ def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
             if _rays_meet_pixels(optics):
                 return []
             over = accuracy.ray_samples
-    aside = _read_aside_of_squares(optics, over)
+    blur = optics.moving_blur
+    if motion.method == "joint" and blur is not None and optics.tolerance and read_whole_pixels(optics.projection, over):
+        return [ErrorTerm(MOTION, cause, _lacked_by_points(optics, blur, over), RAYS)]
     scale = optics.projection.scale / over
     key = "mixed edges", freeze(optics.weights), accuracy, scale
     settings = optics.weights, accuracy.electrons_per_radiance, accuracy, scale
     share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
-    share *= crossed_share(motion.length.longest_px, over) * aside
+    share *= crossed_share(motion.length.longest_px, over)
     return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS, is_rare=True)]
 
 
-def _read_aside_of_squares(optics: OpticsPlan, over: int) -> float:
-    """Part of the largest covariance of layers within their samples, so many per photosite and axis, that points find."""
-    joint, defocus = optics.joint, optics.defocus
-    if joint is None or defocus is None or optics.tolerance == 0.0 or not defocus.of_scene().area.has_squares(over):
-        return 1.0
-    return aside_share(over * (joint.asides_px + np.abs(joint.radii_px).max(axis=1) + joint.lean))
+def _lacked_by_points(optics: OpticsPlan, blur: Defocus, over: int) -> float:
+    """What points of aperture and time lack at edges of layers [standard deviations of the noise]."""
+    from simulator.optics.defocus.point_edges import PointEdges  # few shots have such points
+
+    if not optics.layer_edges.are_seen:
+        return optics.layer_edges.sigma
+    layers, weights = optics.scene.layers[: optics.covering_layers], optics.weights.T[np.array(optics.cfa.planes)]
+    edges, accuracy = PointEdges(layers, weights, blur, optics.projection, optics.sensor_px, over), optics.accuracy
+    places = optics.projection.scale, optics.projection.offset_x, optics.projection.offset_y, optics.sensor_px
+    key = (
+        "lacked by points",
+        freeze(weights),
+        accuracy.electrons_per_radiance,
+        accuracy.read_noise_e,
+        *places,
+        over,
+        edges.key(),
+    )
+    return optics.scene.remember(key, lambda: edges.lacked_sigma(accuracy))
 
 
 def _reads_aside(optics: OpticsPlan) -> bool:

@@ -29,6 +29,7 @@ class EdgeSamples:
     row, column: (photosites,) on the sensor, in samples. line: (photosites,) their numbers in `ways` (lines, instants, layers,
     2), which layers are displaced x, y [photosites]. shares: (lines, instants) of a line's light. weights: (photosites, bands)
     of scene planes in electron radiance, of each one's colour. crossed: share of all photosites that these stand for.
+    part: of what each lacks that its photosite does: an edge crosses some of the samples of a photosite.
     """
 
     row: np.ndarray
@@ -38,6 +39,7 @@ class EdgeSamples:
     shares: np.ndarray
     weights: np.ndarray
     crossed: float
+    part: float = 1.0
 
 
 def choose_samples(
@@ -60,29 +62,34 @@ def choose_samples(
 def lacked_sigma(layers: Sequence[Layer], samples: EdgeSamples, projection: Projection, over: int, accuracy: Accuracy) -> float:
     """Return what all but RARE photosites lack at most [standard deviations of their noise].
 
-    layers: the nearest first, the last of which covers all. over: samples per photosite and axis; an edge crosses so many of
-    the samples of a photosite, whose mean lacks so much less.
+    layers: the nearest first, the last of which covers all. over: samples per photosite and axis.
     """
-    scale = projection.scale / over
-    is_square = projection.has_squares if over == 1 else projection.nearest or scale > 1.0 + SAME
-    side = scale * (projection.open_side if over == 1 else 1.0) if is_square else 1.0
-    middles = scale * (np.stack([samples.column, samples.row], axis=-1) + 0.5)
-    corners = np.array([projection.offset_x, projection.offset_y]) + middles - 0.5 * side
+    corners, side = corners_of(samples, projection, over)
     shares = np.broadcast_to(samples.shares, (len(samples.ways), samples.shares.shape[1]))
     per_e, lacked = accuracy.electrons_per_radiance, np.zeros(len(corners))
-    ways_px = projection.scale * samples.ways
-    is_cut = _are_cut(layers, corners, ways_px, samples.line, side)
+    is_cut, ways_px = are_cut(layers, samples, projection, over), projection.scale * samples.ways
     for photosite in np.flatnonzero(is_cut.any(axis=1)):  # all others lack nothing
         line, weights = samples.line[photosite], samples.weights[photosite]
         light, covariance = _seen(layers, corners[photosite] + ways_px[line], is_cut[photosite], side, weights)
         light, left = shares[line] @ light, shares[line] @ covariance
         lacked[photosite] = per_e * abs(left) / np.sqrt(max(per_e * light + accuracy.read_noise_e**2, 1.0))
     rare = RARE / samples.crossed if samples.crossed else 1.0
-    return MARGIN / over * float(np.quantile(lacked, 1.0 - rare, method="higher")) if rare < 1.0 else 0.0
+    return MARGIN * samples.part * float(np.quantile(lacked, 1.0 - rare, method="higher")) if rare < 1.0 else 0.0
 
 
-def _are_cut(layers: Sequence[Layer], corners: np.ndarray, ways_px: np.ndarray, lines: np.ndarray, side: float) -> np.ndarray:
-    """Whether the edge of a layer may lie in photosites with these corners, as lines displace them, (photosites, instants)."""
+def corners_of(samples: EdgeSamples, projection: Projection, over: int) -> tuple[np.ndarray, float]:
+    """Upper left corners of samples at rest, (photosites, 2) x, y, and their side [px]."""
+    scale = projection.scale / over
+    is_square = projection.has_squares if over == 1 else projection.nearest or scale > 1.0 + SAME
+    side = scale * (projection.open_side if over == 1 else 1.0) if is_square else 1.0
+    middles = scale * (np.stack([samples.column, samples.row], axis=-1) + 0.5)
+    return np.array([projection.offset_x, projection.offset_y]) + middles - 0.5 * side, side
+
+
+def are_cut(layers: Sequence[Layer], samples: EdgeSamples, projection: Projection, over: int) -> np.ndarray:
+    """Whether the edge of a layer may lie in each of the samples, as their lines displace them, (photosites, instants)."""
+    corners, side = corners_of(samples, projection, over)
+    ways_px, lines = projection.scale * samples.ways, samples.line
     count, instants = math.ceil(side - SAME) + 1, ways_px.shape[1]
     pixels = np.stack(np.meshgrid(*[np.arange(count)] * 2), axis=-1).reshape(-1, 2)
     found = np.zeros((len(corners), instants), bool)
@@ -100,7 +107,7 @@ def _seen(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Light of a photosite whose corner lies at `places`, and what composites of means lack of it, (instants,) each.
 
-    Where no edge lies in it, which lacks nothing, its light is that of its middle. is_cut: (instants,) of `_are_cut`.
+    Where no edge lies in it, which lacks nothing, its light is that of its middle. is_cut: (instants,) of `are_cut`.
     """
     lacked, pixels = np.zeros(len(places)), math.ceil(side - SAME) + 1
     light = _composite(_read(layers, places[:, None] + 0.5 * side, weights))[:, 0]

@@ -100,7 +100,7 @@ def _edge_terms(defocus: Defocus, contrast: SceneContrast) -> list[JointTerm]:
         return []
     finest = int(own.samples_per_axis(smallest, np.array([own.largest_px]))[0])
     share = edge_error(float(smallest[0]), finest, own.scale, contrast.edges)
-    if own.area.has_squares(finest):
+    if own.area.has_squares(finest) and own.area.open_side == 1.0:  # else points do not lie in their middles
         share *= share_of_squares(motion.lean)
     cause = f"edges between {finest} x {finest} samples per photosite"
     return [JointTerm(cause, share, TIGHTER, falls=finest < most_samples_per_axis(own, smallest))]

@@ -130,17 +130,10 @@ def crossed_share(path_px: float, over: int) -> float:
     return 1.0 / math.sqrt(max(path_px, 1.0)) / over
 
 
-def aside_share(asides: np.ndarray) -> float:
-    """Part of the largest covariance of two layers within samples that points find, where samples are even squares of both.
-
-    A sample that lies aside of a layer's squares has a part p in other ones than its own, at most where it lies aside along the
-    diagonal. Whatever both layers have there, their covariance is p (1 - p) of the product of their steps at most for the layer
-    with the smaller p, a quarter for the largest. Where one of them is read at its own place nothing is lacking.
-    asides: (layers,) farthest ways and circles beside the places of the samples [samples].
-    """
-    aside = min(float(np.sort(asides)[-2]), 1.0)  # of the two that lie farthest aside, the one that does less
-    part = min((math.sqrt(2.0) - 0.5 * aside) * aside, 0.5)
-    return 4.0 * part * (1.0 - part)
+def read_whole_pixels(projection: Projection, over: int) -> bool:
+    """Whether points lie in the middles of samples that hold whole pixels; over: samples per photosite and axis."""
+    is_whole = projection.open_side == 1.0 and not projection.is_bilinear
+    return is_whole and projection.warp is None and projection.scale > over - 1e-6
 
 
 def open_parts(scale: float) -> int:

@@ -156,14 +156,15 @@ def test_layers_that_move_nearly_in_focus_state_what_samples_leave_of_edges(tmp_
     assert planned.error_budget.warnings()
 
 
-def test_layers_of_even_squares_that_move_state_points_alone(tmp_path, device):
-    """Two pixels per photosite are even squares, which points read without error however far aside."""
-    shot = moving_layers(tmp_path, np.random.default_rng(1), 8, (2000, 2400), 0.1, count=40)
+@pytest.mark.parametrize(("depths_m", "way_px"), [((200, 240), 0.1), ((200, 20000), 0.3), ((2000, 2400), 0.1)])
+def test_layers_of_even_squares_that_move_state_what_is_measured_of_edges_within_them(tmp_path, device, depths_m, way_px):
+    """Two pixels per photosite, which points read without error however far aside: samples lack the covariance of layers."""
+    shot = moving_layers(tmp_path, np.random.default_rng(1), 8, depths_m, way_px, count=40)
     planned = plan(shot)
     assert planned.optics.motion.method == "joint"
-    truth = sum_rays(shot, planned, points=256)
+    truth = sum_rays(shot, planned, points=1024)
     found = np.quantile(np.abs(z_scores(run(planned, shot, device), truth.electrons, planned)), 0.999)
-    assert 0.05 * planned.error_budget.predicted_sigma < found < planned.error_budget.predicted_sigma
+    assert 0.3 * planned.error_budget.predicted_sigma < found < planned.error_budget.predicted_sigma
     assert not any("edges between" in term.cause for term in planned.error_budget.terms)
 
 
