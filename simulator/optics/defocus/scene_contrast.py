@@ -48,6 +48,7 @@ WIDENED_PX = 1.05, 2.1, 3.1  # radii at which weights of whole samples are wider
 INSIDE_PX = 0.5  # largest radius of a circle inside a photosite
 CELLS = 6  # of a sample and axis, over which its light is known
 STEEP_PX = 0.5, 1.5  # radii at which circles reach the next pixels, where even squares leave most of light between them
+PERIOD_PX = 0.25  # from one of the radii to the next at which a period of what squares leave is looked at
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
 MOST_EDGES = 250_000  # pixels between which edges are measured
 
@@ -314,8 +315,10 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
     if radius_px <= defocus.copied_px or curvature == 0.0:
         return 0.0, 0.0
     if abs(defocus.scale - 1.0) < 1e-6:
-        radii_px = [min(one, WIDEST_END_PX) for one in steep_radii(radius_px, defocus.largest_px)]
-        return _pixel_ends(scene, to_share, defocus, radii_px)
+        radii_px = steep_radii(radius_px, defocus.largest_px)
+        if not defocus.maps:  # those that there are, and where others reach the next pixels
+            radii_px = [one for one in radii_px if one in STEEP_PX] + [most for _, most in ranges]
+        return _pixel_ends(scene, to_share, defocus, sorted({min(one, WIDEST_END_PX) for one in radii_px}))
     if curvature * twice_blurred_share(radius_px, defocus.scale) <= 12.0 * grid_error(radius_px, 1, defocus.scale):
         return 0.0, 0.0
     bends = _bends_of_parts(scene, to_share, defocus, radius_px) if defocus.scale > 1.0 else 0.0
@@ -325,9 +328,12 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
 def steep_radii(least_px: float, largest_px: float) -> list[float]:
     """Radii among these [photosites] at which even squares leave most of light between pixels.
 
-    Up to the next pixels they leave more the larger a circle is, and beyond those less: the largest counts where it is smaller.
+    What they leave comes and goes as the rim crosses pixels, and fades with larger circles: all of one pixel's width count, and
+    those that reach the next pixels.
     """
-    return [least_px, *(one for one in (*STEEP_PX, largest_px) if least_px < one <= min(largest_px, STEEP_PX[-1]))]
+    within = np.append(least_px + np.arange(PERIOD_PX, 1.0 + 2.0 * PERIOD_PX, PERIOD_PX), STEEP_PX).tolist()
+    last_px = min(largest_px, max(least_px + 1.0 + PERIOD_PX, STEEP_PX[-1]))
+    return [least_px, *sorted({one for one in (*within, last_px) if least_px < one <= last_px})]
 
 
 def _bends_of_squares(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:

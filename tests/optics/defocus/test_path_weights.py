@@ -19,6 +19,7 @@ from simulator.exposure.shutter import RollingShutter
 from simulator.optics.defocus.aperture_kernel import disk_weights, photosite_weights
 from simulator.optics.defocus.path_weights import fit_weights, lattices, path_weights, pixels_of, skewed_pixels
 from simulator.optics.defocus.photosite_area import PhotositeArea, ReadPath
+from simulator.optics.defocus.scene_contrast import steep_radii
 from simulator.optics.path_planning import EVERY
 from simulator.optics.pupil.pupil import Pupil
 from simulator.pipeline.planner import measure, plan
@@ -294,3 +295,21 @@ def test_what_paths_leave_drives_no_plan_of_the_scene_out():
     for shot in (moving, rolling):
         plan(shot)
     assert plan(rest).optics.accuracy is kept
+
+
+@pytest.mark.parametrize("least_px", [0.2, 0.7, 1.54, 2.3])
+@pytest.mark.parametrize("way", [((0.0, 0.0, 1.0),), tuple((0.1 * n, 0.1 * n, 1.0 / 11.0) for n in range(11))])
+def test_radii_that_are_looked_at_find_what_squares_leave_at_all_larger_ones(least_px, way):
+    """On random squares; what is left comes and goes with the radius, by a period of a pixel."""
+    light = np.random.default_rng(1).integers(0, 2, (64, 64)).astype(float)
+
+    def left(radius_px: float) -> float:
+        ((read, exact),) = lattices(disk_weights, radius_px, [way])
+        lacked = pixels_of(disk_weights(radius_px), read)
+        size = max(len(lacked), len(exact))
+        wide = [np.pad(one, (size - len(one)) // 2) for one in (lacked, exact)]
+        return float(np.quantile(np.abs(correlate(light, wide[0] - wide[1], mode="wrap")), 0.999))
+
+    every = [left(float(radius_px)) for radius_px in np.arange(least_px, 4.5, 0.05)]
+    assert max(every) < 1.1 * max(left(radius_px) for radius_px in steep_radii(least_px, 4.5))
+    assert steep_radii(least_px, least_px + 0.1) == [least_px, least_px + 0.1]
