@@ -251,6 +251,7 @@ def test_rays_state_what_samples_of_a_scene_of_fewer_pixels_leave(tmp_path):
     assert "samples of a photosite" in rays.warnings()[0]
 
 
+@pytest.mark.slow
 def test_layers_behind_a_distortion_are_not_composited_before_the_light_between_their_pixels(tmp_path):
     """A pixel per photosite, circles of 0.05: without their blur they would be 24 sigma off, of which 10 were stated."""
     planned = plan(load_shot(draw_shot(6601, 77).write(tmp_path)))

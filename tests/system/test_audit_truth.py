@@ -272,6 +272,7 @@ def test_the_rim_of_a_lamp_out_of_focus_is_exact(per_side, radius_px, left):
     assert np.abs(found - exact).max() < left * exact.max()
 
 
+@pytest.mark.slow
 def test_a_lamp_goes_on_beyond_the_border(tmp_path, device):
     """As a row of them, which chords for even light had wrong by 3 % of the photosite (9701:155)."""
     shot = load_shot(draw_shot(9701, 155).write(tmp_path))

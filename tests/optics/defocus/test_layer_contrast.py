@@ -183,7 +183,7 @@ def test_lamps_that_coarse_layers_hide_have_a_term():
     assert causes[1]["lamps that layers hide"] > 50.0 * causes[1]["edges of the spots of lamps"]
 
 
-@pytest.mark.parametrize("scale", [0.25, 0.5, 0.9])
+@pytest.mark.parametrize("scale", [pytest.param(0.25, marks=pytest.mark.slow), 0.5, 0.9])
 def test_covariance_within_photosites_of_a_coarse_scene_goes_as_its_scale(scale):
     """Of bilinear light: what the means of photosites lack at random pixels before random pixels, in float64."""
     rng, shares = np.random.default_rng(5), []

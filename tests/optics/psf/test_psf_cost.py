@@ -127,7 +127,7 @@ def test_kernels_of_wave_optics_out_of_focus_cost_more_launches():
     assert cost_ms({"corrections": 1.0}) > cost_ms({"gathers": 1.0}) and aberrated.by_distance
 
 
-@pytest.mark.parametrize("coma_um", [0.0, 0.3])
+@pytest.mark.parametrize("coma_um", [0.0, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_kernels_by_distance_cost_the_taps_that_they_have(coma_um):
     """Cores end where they do not show: before the margin of diffraction for which their tables are made."""
     through = thin_lens(8.0, Aberrations(spherical_um=0.4, coma_um=coma_um))

@@ -52,7 +52,7 @@ def test_a_table_that_is_sharp_in_the_middle_counts_by_its_other_fields(tmp_path
     assert error_sigma(shot) < shot.tolerance
 
 
-@pytest.mark.parametrize("name", ["coma", "lateral colour"])
+@pytest.mark.parametrize("name", [pytest.param("coma", marks=pytest.mark.slow), "lateral colour"])
 def test_what_grows_towards_the_corners_is_not_left_out_by_the_middle(name):
     chosen = {
         "coma": Aberrations(coma_um=8.0),

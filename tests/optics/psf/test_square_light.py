@@ -117,7 +117,7 @@ def test_a_window_of_squares_has_the_bits_of_the_frame(size, scale, low_pass_um,
     assert np.array_equal(part, whole[top : top + 20, 10:50])
 
 
-@pytest.mark.parametrize("f_number", [2.8, 8.0])
+@pytest.mark.parametrize("f_number", [2.8, pytest.param(8.0, marks=pytest.mark.slow)])
 def test_each_colour_of_squares_is_as_exact_as_is_told(f_number):
     """Footprints that all colours share leave ten times as much at f/2.8: 0.3 sigma are told then."""
     parts, pixel = 14, 10
