@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from audit.drawn_shots import draw_shot
+from audit.shot_truth import run, true_electrons, z_scores
 from helpers.camera_builders import small_camera
 from helpers.lens_frame import LENS, case_plan, case_shot
 from helpers.lens_truths import stripes
@@ -20,7 +21,7 @@ from simulator.optics.error_term import ErrorTerm, together
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.pipeline.allotment import allot, falling_sigma, may_be_sharp
 from simulator.pipeline.error_budget import ErrorBudget
-from simulator.pipeline.planner import plan
+from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 
 IMAGES = "images of the aperture between radii that are tabulated"
@@ -283,3 +284,25 @@ def test_layers_behind_diffraction_keep_the_kernels_by_distance_of_a_larger_tole
     loose, tight = (plan(dataclasses.replace(shot, tolerance=tolerance)) for tolerance in (0.3, 0.1))
     assert loose.optics.psf.by_distance and tight.optics.psf.by_distance
     assert tight.error_budget.predicted_sigma < 1.001 * loose.error_budget.predicted_sigma
+
+
+def test_a_finer_plan_moves_a_surface_as_a_whole_where_nothing_follows_its_distances(tmp_path):
+    """A depth map behind diffraction before a camera that moves: the tolerance left the parallax out, a third was refused."""
+    shot = load_shot(draw_shot(10101, 8).write(tmp_path))
+    least = [plan(dataclasses.replace(shot, tolerance=own)).error_budget.predicted_sigma for own in (0.1, 0.1 / 3.0, 0.01)]
+    assert least == sorted(least, reverse=True)
+
+
+@pytest.mark.slow
+def test_a_surface_whose_distances_nothing_follows_moves_as_its_nearest_place_and_says_so(tmp_path, device):
+    """The same with a hundred times the depth: it was refused."""
+    draw_shot(10101, 8).write(tmp_path)
+    near_m = 1.18 + 100.0 * (np.load(tmp_path / "depth_0.npy") - 1.18)
+    np.save(tmp_path / "depth_0.npy", near_m.astype(np.float32))
+    sideways = Motion(camera=SteadyMotion(right_m_per_s=0.05))
+    shot = dataclasses.replace(load_shot(next(tmp_path.glob("*.yaml"))), motion=sideways)
+    planned = measure(plan(shot), device)
+    (moved,) = (term for term in planned.error_budget.terms if "nearest place" in term.cause)
+    truth, _ = true_electrons(shot, device, 0.1, seconds=5.0)
+    found = np.quantile(np.abs(z_scores(run(planned, shot, device), truth, planned)), 0.999)
+    assert shot.tolerance < moved.sigma < planned.error_budget.predicted_sigma and found < planned.error_budget.predicted_sigma

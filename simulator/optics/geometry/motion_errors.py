@@ -12,6 +12,7 @@ MOTION = "motion blur"  # effect of the terms
 STILL = "give a smaller tolerance"
 SHORTER = "give a shorter exposure.time"
 FINER = "give a scene of more pixels, or tolerance: 0 for rays"
+FLAT = "turn the camera instead of moving it, give layers with one distance each, or tolerance: 0 for rays"
 
 
 def motion_errors(motion: "MotionPlan | None", skipped: Skipped | None, sigma: float) -> list[ErrorTerm]:
@@ -35,6 +36,9 @@ def motion_errors(motion: "MotionPlan | None", skipped: Skipped | None, sigma: f
     if motion.blur is not None and motion.blur.slope:
         cause += f", blur radii of its middle, which change by {motion.blur.slope:.2g} from photosite to photosite"
     found = [*missed, ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]
+    if motion.parallax_error:
+        cause = "all of a surface moves as its nearest place"
+        found.append(ErrorTerm(MOTION, cause, motion.parallax_error / sigma, FLAT))
     if motion.blur is not None and motion.blur.lamp_error:
         found.append(ErrorTerm(MOTION, "edges of the spots of lamps", motion.blur.lamp_error / sigma, FINER))
     return found

@@ -155,6 +155,8 @@ class MotionPlan:
     where corners need more; 0: all. instants_error: part of `error` that instants leave. straight_error: what a straight even
     way leaves in their place, of one that bends a little. is_exact: whether means over such a way are taken, not instants.
     missed_error: predicted, of motion that is too fast to be followed (`TimedPath.missed_px`), which `error` does not hold.
+    parallax_error: predicted, of a surface of many distances that moves as its nearest place, where that is more than allowed
+        and nothing follows each distance; `error` does not hold it, either.
     """
 
     method: MotionMethod
@@ -174,6 +176,7 @@ class MotionPlan:
     straight_error: float = 0.0
     is_exact: bool = False
     missed_error: float = 0.0
+    parallax_error: float = 0.0
 
     @property
     def is_common(self) -> bool:
@@ -350,11 +353,15 @@ def plan_motion(
         count, lamp_count = everywhere, 0
     alike, (deep, parallax_px) = vectors is None and _moves_alike(path), _shifted_by_depth(path)
     parallax = need.largest * parallax_px / max(length.longest_px, 1.0)
+    untold = 0.0
     if deep is not None and parallax <= need.allowed:  # all of the surface moves as its nearest place
         deep, error = None, error + parallax
+    elif deep is not None and not can_join:  # the same, since nothing follows each distance
+        deep, untold = None, parallax
     swept = MotionPlan("swept", path, length, count, error, alike, even_count, vectors, lamp_count=lamp_count, same_px=same_px)
     bent = 0.0 if vectors is not None else steepest * path.bend_px  # pixels with velocities of their own have no common way
-    swept = replace(swept, edge_count=of_edges, instants_error=instants, straight_error=bent, missed_error=missed)
+    swept = replace(swept, edge_count=of_edges, instants_error=instants, straight_error=bent)
+    swept = replace(swept, missed_error=missed, parallax_error=untold)
     if blur is None and deep is None:
         return swept
     reason = blur if isinstance(blur, str) else ""
@@ -372,12 +379,6 @@ def plan_motion(
         raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(path.motion.surfaces) == 1):
         return MotionPlan("joint", path, length, everywhere, error, alike, even_count, same_px=same_px, missed_error=missed)
-    if deep is not None:
-        raise PhotositeError(
-            f"moves the image of layer {deep} by its distance, which differs from pixel to pixel; turn the camera "
-            "instead of moving it, or give the scene as layers with one distance each",
-            key="motion",
-        )
     if not alike:
         raise PhotositeError(
             "moves the layers of the scene apart, behind a lens that blurs; turn the camera alone, or stop the lens down until "
@@ -387,7 +388,8 @@ def plan_motion(
     if need.lamps and not textured:  # which all photosites have instants for
         ends = spaced.dense_at_ends(max(count / spaced.excess, lamps), need.dark_lamps / need.lamps)
         path, everywhere = path.spaced(ends.spacing), max(everywhere, ends.count)
-    return MotionPlan("instants", path, length, everywhere, error, alike, even_count, reason=reason, missed_error=missed)
+    instants_of_all = MotionPlan("instants", path, length, everywhere, error, alike, even_count, reason=reason)
+    return replace(instants_of_all, missed_error=missed, parallax_error=untold)
 
 
 def _turn_px(motion: ImageMotion, poses: np.ndarray, surface: int) -> float:
