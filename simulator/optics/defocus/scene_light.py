@@ -10,6 +10,7 @@ from simulator.scene.content_keys import freeze
 from simulator.scene.sample_places import sample_places
 from simulator.scene.scene import Layer, Scene
 
+LEAST_DETAIL = 1e-9  # of an even scene, which others divide by; what follows from it is not seen
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
@@ -73,7 +74,7 @@ def scene_detail(
     that are compared, over which their difference is divided [px].
     """
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
-    found, most_e = [1e-6], np.inf if has_lamps else lamp_electrons(accuracy)
+    found, most_e = [LEAST_DETAIL], np.inf if has_lamps else lamp_electrons(accuracy)
     for layer in scene.layers:
         for axis in (0, 1):
             aways = [apart * (axis == side) for side in (0, 1)]
@@ -143,7 +144,7 @@ def _sharpest_detail(scene: Scene, weights: np.ndarray, per_radiance: float, acc
     covers = (layer.coverage for layer in scene.layers if layer.coverage is not None)
     borders = [float(np.abs(np.diff(one, axis=axis)).max(initial=0.0)) for one in covers for axis in (0, 1)]
     found[:2] = np.maximum(found[:2], max(borders, default=0.0))
-    return SceneDetail(*(max(float(one), 1e-6) for one in found))
+    return SceneDetail(*(max(float(one), LEAST_DETAIL) for one in found))
 
 
 def mixed_edges_error(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, scale: float) -> float:
@@ -205,7 +206,7 @@ def scene_bends(
     their range. Arguments and result are else as of `scene_detail`.
     """
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
-    found, most_e = [1e-6], np.inf if has_lamps else lamp_electrons(accuracy)
+    found, most_e = [LEAST_DETAIL], np.inf if has_lamps else lamp_electrons(accuracy)
     for layer in scene.layers:
         size = layer.planes.shape[:2]
         rows, columns = (sample_places(length, _SAMPLES) for length in size)
