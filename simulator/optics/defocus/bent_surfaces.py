@@ -26,7 +26,7 @@ import numpy as np
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.path_contrast import parts_of
-from simulator.optics.defocus.scene_light import MOST, layer_at, seen_contrast
+from simulator.optics.defocus.scene_light import MOST, layer_at, seen_contrast, shifted
 from simulator.optics.defocus.sobol_points import sobol_points
 from simulator.optics.geometry.scene_part import ScenePart
 from simulator.optics.pupil.pupil import Pupil
@@ -103,33 +103,25 @@ def crossed_error(light: np.ndarray, radius_px: np.ndarray, scale: float, accura
     middle = 0.5 * (side - 1) - side // 2  # of a photosite, from its pixel [px]
     middles = uniform_filter(radius, 2 - side % 2, mode="nearest")  # radii there
     for axis, size in enumerate(radius.shape):
+        other = radius.shape[1 - axis]
         for first, way in ((-(side // 2), -1), (side - side // 2, 1)):  # of the pixels behind a border; to its outer side
-            beside = [_shifted(first - back, size) for back in (1, 0)]
-            step = way * (np.take(light, beside[1], axis=axis) - np.take(light, beside[0], axis=axis))
-            size_px = _along_border(np.mean([np.take(radius, pixel, axis=axis) for pixel in beside], axis=0), 1 - axis)
+            step = way * (shifted(light, axis, first, size) - shifted(light, axis, first - 1, size))
+            between_px = 0.5 * (shifted(radius, axis, first, size) + shifted(radius, axis, first - 1, size))
+            size_px = _along_border(between_px, 1 - axis)
             for along in range(-(side // 2), side - side // 2):
-                at = _shifted(along, radius.shape[1 - axis])
                 own = middles + (first - 0.5 - middle) * slopes[axis] + (along - middle) * slopes[1 - axis]
                 own = sum(0.5 * np.abs(own + part * slopes[1 - axis]) for part in (-0.25, 0.25))
-                there = np.take(size_px, at, axis=1 - axis)
+                there = shifted(size_px, 1 - axis, along, other)
                 missed = np.where(scale * np.maximum(there, own) <= 1.0, there - own, 0.0)
-                found += np.take(step, at, axis=1 - axis) * missed[..., None]
+                found += shifted(step, 1 - axis, along, other) * missed[..., None]
     seen = uniform_filter(light, side, mode="nearest", axes=(0, 1))
-    noise_e2 = accuracy.electrons * np.maximum(seen, 0.0) + accuracy.read_noise_e**2
-    missed = OF_CROSSED / side * np.abs(found)
-    return np.asarray(missed * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise_e2, 1.0)))
+    return seen_contrast(OF_CROSSED / side * found, seen, accuracy)
 
 
 def _along_border(signed_px: np.ndarray, axis: int) -> np.ndarray:
     """Mean size of radii along the width of each pixel at a border that goes along this axis, linear from pixel to pixel."""
-    size = signed_px.shape[axis]
-    beside = (np.take(signed_px, _shifted(way, size), axis=axis) for way in (-1, 1))
+    beside = (shifted(signed_px, axis, way, signed_px.shape[axis]) for way in (-1, 1))
     return np.asarray(sum(0.5 * np.abs(0.75 * signed_px + 0.25 * one) for one in beside))
-
-
-def _shifted(by: int, size: int) -> np.ndarray:
-    """Numbers of the pixels that lie so much farther, at most the last ones."""
-    return np.clip(np.arange(size) + by, 0, size - 1)
 
 
 def border_errors(

@@ -138,13 +138,13 @@ class JointMotion:
         return float(_length(self._probes[1][..., :2]).max())
 
     @cached_property
-    def asides_px(self) -> np.ndarray:
-        """Largest way of each layer's image beside `rest_px`, (layers,) [photosites]."""
-        return np.asarray(_length(self._ends - self.rest_px[:, None, None]).max(axis=(0, 2, 3)))
+    def _farthest_px(self) -> float:
+        """Largest way of an image beside `rest_px` [photosites]."""
+        return float(_length(self._ends - self.rest_px[:, None, None]).max())
 
     def reach_px(self, radius_px: float) -> float:
         """Largest way of an image beside `rest_px`, read at blur radii up to this [photosites]."""
-        return float(self.asides_px.max()) + self.largest_aperture * max(radius_px - float(np.abs(self.radii_px).max()), 0.0)
+        return self._farthest_px + self.largest_aperture * max(radius_px - float(np.abs(self.radii_px).max()), 0.0)
 
     @cached_property
     def _paths(self) -> tuple[float, float, float]:

@@ -312,7 +312,7 @@ def plan_motion(
     vectors: velocities of pixels. blur: None: each photosite sees one place of each surface, without blur; a reason: why the
     blur is not fixed. can_join: whether the optics allow the method "joint", which is taken where surfaces move apart or by
     their depth, or lie behind one another. is_kept: whether motion is computed that is too small to be seen.
-    Raises PhotositeError for motion and for depth that no method holds.
+    Raises PhotositeError for motion that no method holds.
     """
     farthest = path.farthest_px
     if max(need.largest, need.dark) * farthest <= need.allowed:
